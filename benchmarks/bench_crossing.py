@@ -24,7 +24,7 @@ from agents_sim.world import AgentSpec
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, horizontal_m
 from formiga_bt.engine.kernel.changes import GoalPut
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal
@@ -106,7 +106,7 @@ class Run:
         self.lowest_pct = 100.0
         self.not_ended = 0
 
-    def _listen(self, step: Step) -> None:
+    def _listen(self, step: EngineStep) -> None:
         for change in step.changes:
             if isinstance(change, GoalPut):
                 goal = change.goal

@@ -18,7 +18,7 @@ from queue import SimpleQueue
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import SendGoal, Step, Submit
+from formiga_bt.engine.kernel.inputs import EngineStep, SendGoal, Submit
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.transport.messages import QueryReplied
@@ -79,10 +79,10 @@ def main() -> None:
     loaded = load_task_text(task(goals), "many.yaml", catalogue=catalogue, site=site)
     assert loaded.task is not None, loaded.diagnostics
     transport = ZenohTransport(site.name, listen="tcp/127.0.0.1:0")
-    steps: SimpleQueue[Step] = SimpleQueue()
+    steps: SimpleQueue[EngineStep] = SimpleQueue()
     times: list[float] = []
 
-    def listen(step: Step) -> None:
+    def listen(step: EngineStep) -> None:
         if any(isinstance(effect, SendGoal) for effect in step.effects):
             times.append(time.perf_counter())
         steps.put(step)

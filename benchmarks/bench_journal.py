@@ -18,7 +18,7 @@ from agents_sim.world import AgentSpec, grid_fleet
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place
 from formiga_bt.base.packaged import files, folder
-from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.inputs import EngineStep, Submit
 from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal.database import Durability
 from formiga_bt.journal.keep import stats
@@ -68,7 +68,7 @@ def writer_of(journal: Journal, state: EngineState, **options: bool) -> Writer:
     return Writer(journal, lambda: state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic, **options)
 
 
-def write_again(path: Path, steps: Sequence[Step], durability: Durability, batch: int) -> tuple[float, float]:
+def write_again(path: Path, steps: Sequence[EngineStep], durability: Durability, batch: int) -> tuple[float, float]:
     """Return microseconds a step in the journal, and in a bare insert of the same bytes into a table without index."""
     with Journal(path / "again.db", "bench", durability=durability) as journal:
         journal.take()
@@ -111,11 +111,11 @@ def main() -> int:
         state = world.engine.state
         writer = writer_of(journal, state)
         writer.begin()
-        batch: list[Step] = []
+        batch: list[EngineStep] = []
         kept_s = busy = looks = 0.0
         all_steps = 0
 
-        def keep(step: Step) -> None:
+        def keep(step: EngineStep) -> None:
             nonlocal kept_s, all_steps, busy, looks
             batch.append(step)
             all_steps += 1

@@ -74,21 +74,21 @@ class Grouped(VirtualDriver):
     """
 
     group_us: Micros = GROUP_US
-    ahead: Ahead[list[inp.Step]] | None = None
+    ahead: Ahead[list[inp.EngineStep]] | None = None
 
-    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+    def _handle(self, now: Micros, given: inp.Input) -> inp.EngineStep:
         step = self.engine.handle(now, given)
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
                 self._set_wall(change.timer, change.after_us)
-        group: list[inp.Step] = self.__dict__.setdefault("group", [])
+        group: list[inp.EngineStep] = self.__dict__.setdefault("group", [])
         if not group:
             self.scheduler.call_at(self.scheduler.now() + self.group_us, self.group_ends)
         group.append(step)
         return step
 
     def group_ends(self) -> None:
-        group: list[inp.Step] = self.__dict__.pop("group")
+        group: list[inp.EngineStep] = self.__dict__.pop("group")
         if self.ahead is not None:
             self.settle()
             self.ahead.begin(group, group)
@@ -102,7 +102,7 @@ class Grouped(VirtualDriver):
             assert isinstance(kept, Outcome), kept
             assert kept.durable, kept
 
-    def _leave(self, group: list[inp.Step]) -> None:
+    def _leave(self, group: list[inp.EngineStep]) -> None:
         self.settle()
         for step in group:
             for listener in self.listeners:
@@ -159,7 +159,7 @@ class Fleet:
         """Note each step from now on, so that two flights can be compared."""
         self.world.driver.listeners.append(self._count)
 
-    def _count(self, step: inp.Step) -> None:
+    def _count(self, step: inp.EngineStep) -> None:
         self.steps += 1
         self.digest = zlib.crc32(b"%d %d %d" % (step.at, len(step.changes), len(step.effects)), self.digest)
 

@@ -15,7 +15,7 @@ from benchmarks.bench_virtual_fleet import Run
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Started, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, Started
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.lang.model import Site
@@ -29,7 +29,7 @@ ROUNDS = 15
 def fold(tasks: int) -> None:
     """Measure the fold of a fleet's steps."""
     run = Run(tasks, judged=False)
-    steps: list[Step] = []
+    steps: list[EngineStep] = []
     run.world.driver.listeners = [steps.append]
     began = time.perf_counter()
     run.fly()
@@ -71,7 +71,7 @@ def crowd(tasks: int) -> FoldedSource:
             )  # fmt: skip
             changes.append(ch.QuestionPut(question))
     ledger = Ledger()
-    ledger.feed(Step(1, SECOND, Started(1), tuple(changes), ()))
+    ledger.feed(EngineStep(1, SECOND, Started(1), tuple(changes), ()))
     return FoldedSource(ledger, Site("crowded", 60.0, 24.0), {})
 
 

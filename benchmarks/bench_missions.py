@@ -208,7 +208,7 @@ class Run:
         assert isinstance(reply, Accepted), reply
         self.of[reply.task] = picker
 
-    def _on_step(self, step: inp.Step) -> None:
+    def _on_step(self, step: inp.EngineStep) -> None:
         self.steps[type(step.input).__name__] += 1
         if self.log is not None:
             line = msgspec.json.encode(step)
@@ -234,7 +234,7 @@ def clocked(run: Run) -> None:
     """Measure the engine's part of the time."""
     handle, clock = run.engine.handle, time.perf_counter
 
-    def timed(now: Micros, given: inp.Input) -> inp.Step:
+    def timed(now: Micros, given: inp.Input) -> inp.EngineStep:
         began = clock()
         step = handle(now, given)
         run.engine_s += clock() - began

@@ -54,9 +54,9 @@ def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
             journal, lambda: engine.state, wall=lambda: round((time.time() - away_s) * 1e6), clock=time.monotonic
         )
         writer.begin()
-        now, batch = START, list[inp.Step]()
+        now, batch = START, list[inp.EngineStep]()
 
-        def give(given: inp.Input) -> inp.Step:
+        def give(given: inp.Input) -> inp.EngineStep:
             step = engine.handle(now, given)
             batch.append(step)
             if len(batch) >= 50:

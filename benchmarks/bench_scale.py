@@ -138,7 +138,7 @@ class World:
             self.status(person, "picker", 90.0, Position(5.0 * number, 5.0, 0.0))
 
     # -- inputs ------------------------------------------------------------------------------------------------------
-    def give(self, given: inp.Input) -> inp.Step:
+    def give(self, given: inp.Input) -> inp.EngineStep:
         step = self.engine.handle(self.now, given)
         for effect in step.effects:
             if isinstance(effect, inp.SendGoal):

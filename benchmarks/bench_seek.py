@@ -27,13 +27,13 @@ import msgspec
 from benchmarks.bench_journal import site_at_work, writer_of
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place
-from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.inputs import EngineStep, Submit
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal.keep import stats
-from formiga_bt.journal.records import Kept, Row
+from formiga_bt.journal.records import KeptStep, StepRow
 from formiga_bt.journal.store import Journal
-from formiga_bt.journal.thin import Block, Point
+from formiga_bt.journal.thin import Block, TrackPoint
 from formiga_bt.journal.writer import tasks_of
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.blackboard import Blackboard
@@ -51,7 +51,7 @@ ID = re.compile(r"\b(PickUp|MoveTask)-(\d+)")
 SITE = "bench"
 
 
-def really(path: Path, minutes: float) -> tuple[list[Kept], list[tuple[str, Point]], EngineState, int, float]:
+def really(path: Path, minutes: float) -> tuple[list[KeptStep], list[tuple[str, TrackPoint]], EngineState, int, float]:
     """Work for so long; return what was kept, the state before, how many tasks there were, and the seconds that it took."""
     world, specs = site_at_work()
     world.run_for(30.0)
@@ -71,9 +71,9 @@ def really(path: Path, minutes: float) -> tuple[list[Kept], list[tuple[str, Poin
         state = world.engine.state
         writer = writer_of(journal, state)
         writer.begin()
-        batch: list[Step] = []
+        batch: list[EngineStep] = []
 
-        def keep(step: Step) -> None:
+        def keep(step: EngineStep) -> None:
             batch.append(step)
             if len(batch) >= 50:
                 writer.keep(batch)
@@ -123,7 +123,7 @@ def week(path: Path, hours: int, minutes: float) -> tuple[str, list[str]]:
     ids: list[str] = []
     for turn in range(hours):
         us, seqs = turn * span, turn * width
-        stored: Iterator[Row] = iter(_rows(journal, kept, us, seqs, turn * count, state, board, ids))
+        stored: Iterator[StepRow] = iter(_rows(journal, kept, us, seqs, turn * count, state, board, ids))
         while batch := list(islice(stored, BATCH)):
             journal.append(batch)
             since += len(batch)
@@ -142,29 +142,29 @@ def week(path: Path, hours: int, minutes: float) -> tuple[str, list[str]]:
 
 def _rows(
     journal: Journal,
-    kept: list[Kept],
+    kept: list[KeptStep],
     us: int,
     seqs: int,
     tasks: int,
     state: EngineState,
     board: Blackboard,
     ids: list[str],
-) -> Iterator[Row]:
+) -> Iterator[StepRow]:
     for one in kept:
         plain = shifted(msgspec.to_builtins(one.step, builtin_types=()), us, tasks)
-        step = msgspec.convert(plain, Step)
+        step = msgspec.convert(plain, EngineStep)
         step = msgspec.structs.replace(step, seq=one.seq + seqs)
         blob = journal.codec.encode(step)
         step = journal.codec.decode(blob)  # what is of any type comes back as it was
         fold(state, board, step)
         if isinstance(step.reply, Accepted):
             ids.append(step.reply.task)
-        yield Row(step.seq, step.at, step.at, one.kind, tasks_of(step), blob)
+        yield StepRow(step.seq, step.at, step.at, one.kind, tasks_of(step), blob)
 
 
-def _blocks(points: list[tuple[str, Point]], us: int, seqs: int) -> Iterator[Block]:
+def _blocks(points: list[tuple[str, TrackPoint]], us: int, seqs: int) -> Iterator[Block]:
     """Return the way points in blocks of ten seconds, as the writer makes them."""
-    open_: dict[str, list[Point]] = {}
+    open_: dict[str, list[TrackPoint]] = {}
     for agent, point in points:
         moved = msgspec.structs.replace(
             point, seq=point.seq + seqs, at=point.at + us, stamp=point.stamp + us, wall=point.wall + us

@@ -22,7 +22,7 @@ from agents_sim.world import AgentSpec, grid_fleet
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place
 from formiga_bt.base.packaged import files, folder
-from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.inputs import EngineStep, Submit
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
@@ -77,7 +77,7 @@ class Run:
         self.digest = 0
         self.world.driver.listeners.append(self._count)
 
-    def _count(self, step: Step) -> None:
+    def _count(self, step: EngineStep) -> None:
         self.steps += 1
         self.digest = zlib.crc32(msgspec.json.encode(step), self.digest)
 

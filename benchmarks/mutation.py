@@ -31,7 +31,7 @@ import yaml
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.changes import QuestionPut
-from formiga_bt.engine.kernel.inputs import Notify, SendGoal
+from formiga_bt.engine.kernel.inputs import NotifyPeople, SendGoal
 from formiga_bt.lang import loader
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -254,7 +254,7 @@ def _trace(run: VirtualRun, in_time: bool) -> Trace:
             if isinstance(effect, SendGoal) and effect.goal_id not in seen:
                 seen.add(effect.goal_id)
                 said.append((second, effect.agent, effect.action, repr(sorted(effect.fields.items()))))
-            elif isinstance(effect, Notify):
+            elif isinstance(effect, NotifyPeople):
                 said.append((second, effect.text))
         said += [(second, c.question.text) for c in step.changes if isinstance(c, QuestionPut)]
     ended = round(((task.ended_at or run.rehearsal.now) - began) / 1e6)

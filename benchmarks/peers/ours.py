@@ -103,7 +103,7 @@ class OurFleet:
         self.let(SECOND)
         return new
 
-    def give(self, given: inp.Input) -> inp.Step:
+    def give(self, given: inp.Input) -> inp.EngineStep:
         """Hand in an input and note the goals that it ordered."""
         step = self.engine.handle(self.now, given)
         for effect in step.effects:

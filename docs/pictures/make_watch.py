@@ -10,7 +10,7 @@ from pathlib import Path
 
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact, Top
 from formiga_bt.show.source import Source
-from formiga_bt.show.watch.app import Watch
+from formiga_bt.show.watch.app import Dashboard
 from formiga_bt.show.watch.background import here
 from formiga_bt.show.watch.orders import Actor
 
@@ -82,7 +82,7 @@ class Still(Source, Actor):
 async def draw() -> str:
     """Return the screen as SVG that needs no other file."""
     still = Still()
-    app = Watch(still, still, clock=lambda: 0.0, away=here, every_s=None)
+    app = Dashboard(still, still, clock=lambda: 0.0, away=here, every_s=None)
     async with app.run_test(size=(118, 30)) as pilot:
         for _ in range(2):
             await app.poll()

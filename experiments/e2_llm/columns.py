@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
-from formiga_bt.llm.records import Message, Reply
+from formiga_bt.llm.records import Message, ModelReply
 
 if TYPE_CHECKING:
     from formiga_bt.llm.client import Chat
@@ -94,7 +94,7 @@ class PaperChat:
         seed: int | None = None,
         on_progress: Callable[[int], None] | None = None,
         cancel: threading.Event | None = None,
-    ) -> Reply:
+    ) -> ModelReply:
         """Ask with what the column shows."""
         return self._chat.complete(
             self.shown(messages),

@@ -14,7 +14,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import Question
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -119,7 +119,7 @@ class _Questions:
     def __init__(self) -> None:
         self.seen: dict[str, tuple[Question, int | None]] = {}
 
-    def take(self, step: Step) -> None:
+    def take(self, step: EngineStep) -> None:
         """Take what a step changed."""
         for change in step.changes:
             if isinstance(change, ch.QuestionPut) and change.question.kind == "ask":

@@ -96,7 +96,7 @@ def _unit(x: float) -> float:
 # -- polygons ------------------------------------------------------------------------------------------------------------
 
 
-class Outline:
+class RegionOutline:
     """A region made ready for many questions: its edges, its bounds. Corners and edges belong to it, to 1 mm.
 
     Made once per region (`outline_of` keeps the newest); plain arithmetic, no shapely, so that asking costs microseconds.
@@ -261,9 +261,9 @@ def _point_gap_m(x: float, y: float, ax: float, ay: float, dx: float, dy: float)
 
 
 @lru_cache(maxsize=256)
-def outline_of(region: Region) -> Outline:
+def outline_of(region: Region) -> RegionOutline:
     """Return a region made ready for questions; the newest few hundred are kept."""
-    return Outline(region)
+    return RegionOutline(region)
 
 
 def is_within(point: Place | Position, region: Region) -> bool:

@@ -11,14 +11,14 @@ from typing import Any, Final
 from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.base.units import LIKELY, format_quantity
 from formiga_bt.bridges.conditions_in import Ports, named
-from formiga_bt.bridges.elements import Element, XmlRefused, parse
+from formiga_bt.bridges.elements import XmlElement, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.leaves_in import Step
 from formiga_bt.bridges.scripts import assigned_names
 from formiga_bt.bridges.steps_in import StepReader
 from formiga_bt.bridges.table import ERRORS, our_name
-from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
-from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line
+from formiga_bt.bridges.values_in import ImportScope, as_param, camel, clean, unfold, words
+from formiga_bt.bridges.yaml_text import TODO, FlowMapping, document, one_line
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.text.formatting import format_text
 
@@ -63,13 +63,13 @@ class _Subtree:
     """A tree that was read as a subtree."""
 
     name: str
-    scope: Scope
+    scope: ImportScope
     value: Step
     needs_robot: bool
 
 
 class _Importer:
-    def __init__(self, root: Element, file: str, catalogue: Catalogue | None, findings: Findings) -> None:
+    def __init__(self, root: XmlElement, file: str, catalogue: Catalogue | None, findings: Findings) -> None:
         self.root, self.file, self.catalogue, self.findings = root, file, catalogue, findings
         self.old = root.get("BTCPP_format") != "4"
         self.trees = {tree.get("ID"): tree for tree in root.children if tree.tag == "BehaviorTree"}
@@ -95,10 +95,10 @@ class _Importer:
         main = self._main_tree()
         return document(self._task(main))
 
-    def _mark(self, element: Element) -> Mark:
+    def _mark(self, element: XmlElement) -> Mark:
         return Mark(self.file, max(1, element.line), max(1, element.col))
 
-    def _main_tree(self) -> Element:
+    def _main_tree(self) -> XmlElement:
         said = self.root.get("main_tree_to_execute")
         if said in self.trees:
             return self.trees[said]
@@ -108,7 +108,7 @@ class _Importer:
         free = [tree for name, tree in self.trees.items() if name not in called]
         return (free or list(self.trees.values()))[0]
 
-    def _read_models(self, models: Element) -> None:
+    def _read_models(self, models: XmlElement) -> None:
         for node in models.children:
             name = node.get("ID")
             ports = [port for port in node.children if port.tag in ("input_port", "output_port", "inout_port")]
@@ -121,8 +121,8 @@ class _Importer:
                 self.models[name] = Ports(node.tag, outputs)
 
     # -- the task -----------------------------------------------------------------------------------------------------
-    def _task(self, main: Element) -> dict[str, Any]:
-        scope = Scope(self.file, self.findings, self.old)
+    def _task(self, main: XmlElement) -> dict[str, Any]:
+        scope = ImportScope(self.file, self.findings, self.old)
         scope.params = dict(self.tree_ports.get(main.get("ID"), {}))
         reader = StepReader(scope, self.models, self._call, is_task=True)
         parts = _Parts(scope, reader)
@@ -167,7 +167,7 @@ class _Importer:
         return {TODO: [said], "type": "robot"}
 
     # -- subtrees -----------------------------------------------------------------------------------------------------
-    def _call(self, element: Element, reader: StepReader) -> Step:
+    def _call(self, element: XmlElement, reader: StepReader) -> Step:
         name = element.get("ID") or element.get("name")
         scope = reader.scope
         if name not in self.trees or name in self.reading:
@@ -209,7 +209,7 @@ class _Importer:
             step.setdefault(TODO, []).append(scope.report("X02", element, said))
         return step
 
-    def _argument(self, name: str, key: str, text: str, element: Element, scope: Scope) -> Any:
+    def _argument(self, name: str, key: str, text: str, element: XmlElement, scope: ImportScope) -> Any:
         long = self.tree_ports.get(name, {}).get(key)
         type_ = long.get("type") if isinstance(long, Mapping) else None
         value = scope.value(text, element)
@@ -219,7 +219,7 @@ class _Importer:
         if name in self.done:
             return self.done[name]
         tree = self.trees[name]
-        scope = Scope(self.file, self.findings, self.old)
+        scope = ImportScope(self.file, self.findings, self.old)
         scope.params = dict(self.tree_ports.get(name, {}))
         scope.agents = {
             key for key, long in scope.params.items() if isinstance(long, Mapping) and long["type"] == "agent"
@@ -231,7 +231,7 @@ class _Importer:
         for key in given:
             if _reads(tree, key):
                 scope.params.setdefault(clean(key), {"type": "any"})
-        child = tree.children[0] if tree.children else Element("Sequence")
+        child = tree.children[0] if tree.children else XmlElement("Sequence")
         returns: Any = None
         if child.children and child.children[-1].get("_formiga") == "returns":
             pairs = scope.assignments(child.children.pop())
@@ -258,13 +258,13 @@ class _Importer:
 class _Parts:
     """The head and the sections of the task's tree."""
 
-    def __init__(self, scope: Scope, reader: StepReader) -> None:
+    def __init__(self, scope: ImportScope, reader: StepReader) -> None:
         self.scope, self.reader = scope, reader
         self.roles: dict[str, Any] = {}
         self.sections: dict[str, list[Step]] = {}
         self.timeout: Any = ""
 
-    def learn_outputs(self, tree: Element) -> None:
+    def learn_outputs(self, tree: XmlElement) -> None:
         """Learn which entries the nodes of a tree write, before any of them is read."""
         for element in map(named, tree.walk()):
             if element.tag == "WaitFor":
@@ -279,9 +279,9 @@ class _Parts:
                 self.scope.known.add(self.scope.pointer(element.get("returns")))
         self.scope.fields = {e: one for e, one in self.scope.fields.items() if not one.startswith("result.")}
 
-    def read(self, tree: Element) -> None:
+    def read(self, tree: XmlElement) -> None:
         """Read the tree of the task."""
-        top = tree.children[0] if tree.children else Element("Sequence", line=tree.line, col=tree.col)
+        top = tree.children[0] if tree.children else XmlElement("Sequence", line=tree.line, col=tree.col)
         if top.get("_formiga") != "task":
             self.sections["steps"] = self.reader.body(top)
             return
@@ -293,7 +293,7 @@ class _Parts:
                     self.reader.vars[name] = value
         self._sections(top.children[-1])
 
-    def _sections(self, element: Element) -> None:
+    def _sections(self, element: XmlElement) -> None:
         marker = element.get("_formiga")
         last = element.children[-1] if element.children else element
         if marker == "finally" and len(element.children) == 2:
@@ -313,18 +313,18 @@ class _Parts:
             self.sections["steps"] = self.reader.body(_bare(element))
 
 
-def _bare(element: Element) -> Element:
+def _bare(element: XmlElement) -> XmlElement:
     """Return a section's `Sequence` without its name, which only says which section it is."""
     if element.tag != "Sequence" or set(element.attrs) != {"name"}:
         return element
-    return Element("Sequence", {}, element.children, line=element.line, col=element.col)
+    return XmlElement("Sequence", {}, element.children, line=element.line, col=element.col)
 
 
-def _reads(tree: Element, key: str) -> bool:
+def _reads(tree: XmlElement, key: str) -> bool:
     return any("{" + key + "}" in text or key in text.split() for e in tree.walk() for text in e.attrs.values())
 
 
-def _param_of(port: Element) -> dict[str, Any]:
+def _param_of(port: XmlElement) -> dict[str, Any]:
     kept = unfold(port.get("_formiga"))
     if isinstance(kept, dict) and isinstance(kept.get("type"), str | dict):
         return kept
@@ -337,7 +337,7 @@ def _shown(long: Any) -> Any:
     if TODO in long:
         return dict(long)
     short = as_param(long)
-    return Flow(short) if isinstance(short, dict) else short
+    return FlowMapping(short) if isinstance(short, dict) else short
 
 
 def _with_unit(value: str, type_: str) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.units import format_quantity
-from formiga_bt.bridges.elements import Element, write
+from formiga_bt.bridges.elements import XmlElement, write
 from formiga_bt.bridges.findings import Findings
-from formiga_bt.bridges.scripts import Names
+from formiga_bt.bridges.scripts import ScriptNames
 from formiga_bt.bridges.steps_out import Shared, StepWriter, Tree, below, place
 from formiga_bt.bridges.table import OWN, port_name
 from formiga_bt.bridges.values_out import Texts, plain
@@ -49,17 +49,17 @@ class _Exporter:
         self.shared = Shared(Texts(sources), catalogue, self.findings, self.subtree_id)
         self.ids: dict[tuple[str, int], str] = {}
         self.waiting: list[Subtree] = []
-        self.models: list[Element] = []
+        self.models: list[XmlElement] = []
         self.agents: list[str] = []
 
     def export(self) -> Exported:
-        root = Element("root", {"BTCPP_format": "4", "main_tree_to_execute": self.task.name})
+        root = XmlElement("root", {"BTCPP_format": "4", "main_tree_to_execute": self.task.name})
         root.children.append(self._main())
         if self.task.on_abort:
             root.children.append(self._on_abort())
         while self.waiting:
             root.children.append(self._subtree(self.waiting.pop(0)))
-        root.children.append(Element("TreeNodesModel", {}, [*self._own_models(), *self.models]))
+        root.children.append(XmlElement("TreeNodesModel", {}, [*self._own_models(), *self.models]))
         lost = self.findings.all()
         return Exported(write(root, self._head(lost)), lost)
 
@@ -80,14 +80,14 @@ class _Exporter:
             self.waiting.append(subtree)
         return self.ids[key]
 
-    def _names(self, sections: Sequence[Sequence[Step]], own: Sequence[str], agents: Sequence[str]) -> Names:
+    def _names(self, sections: Sequence[Sequence[Step]], own: Sequence[str], agents: Sequence[str]) -> ScriptNames:
         steps = [step for section in sections for step in below(section)]
         records = {step.save_as for step in steps if isinstance(step, model.Do | model.Ask) and step.save_as}
         loops = {name for step in steps if isinstance(step, model.For) for name in (*step.lists, step.collect)}
         saved = {step.save_as for step in steps if isinstance(step, model.Call | model.WaitFor)}
-        return Names(frozenset(records), frozenset(agents), frozenset({*own, *records, *loops, *saved}))
+        return ScriptNames(frozenset(records), frozenset(agents), frozenset({*own, *records, *loops, *saved}))
 
-    def _main(self) -> Element:
+    def _main(self) -> XmlElement:
         task = self.task
         sections = (task.steps, task.on_failure, task.on_abort, task.finally_)
         single = [role.name for role in task.roles.values() if not role.is_list]
@@ -96,25 +96,25 @@ class _Exporter:
         body = writer.body(task.steps, "steps")
         if task.timeout is not None:
             msec, before = writer.amount(task.timeout, "timeout_ms", 1000)
-            body = Element("Timeout", {"msec": msec, "_formiga_timeout": writer.texts.value(task.timeout)}, [body])
-            body = Element("Sequence", {"_formiga": "copy"}, [*before, body]) if before else body
+            body = XmlElement("Timeout", {"msec": msec, "_formiga_timeout": writer.texts.value(task.timeout)}, [body])
+            body = XmlElement("Sequence", {"_formiga": "copy"}, [*before, body]) if before else body
         if task.on_failure:
-            failed = Element("ForceFailure", {}, [writer.body(task.on_failure, "on_failure")])
-            body = Element("Fallback", {"_formiga": "on_failure"}, [body, failed])
+            failed = XmlElement("ForceFailure", {}, [writer.body(task.on_failure, "on_failure")])
+            body = XmlElement("Fallback", {"_formiga": "on_failure"}, [body, failed])
         if task.finally_:
             outer = self.shared.own("Finally", {})
             outer.attrs["_formiga"] = "finally"
             outer.children = [body, writer.body(task.finally_, "finally")]
             body = outer
-        head: list[Element] = []
+        head: list[XmlElement] = []
         for name, expr in task.vars.items():
             node = writer.assign(name, expr)
             node.attrs["_formiga"] = "var"
             head.append(node)
         if task.roles:
             head.append(writer.agents("Agents", self.task.roles))
-        tree = Element("BehaviorTree", {"ID": task.name, **self._options(writer)})
-        tree.children = [Element("Sequence", {"name": task.name, "_formiga": "task"}, [*head, body])]
+        tree = XmlElement("BehaviorTree", {"ID": task.name, **self._options(writer)})
+        tree.children = [XmlElement("Sequence", {"name": task.name, "_formiga": "task"}, [*head, body])]
         self.models.insert(0, self._ports(task.name, task.params, None, writer))
         return tree
 
@@ -145,15 +145,15 @@ class _Exporter:
             return ""
         return flow(plain(entry.value))
 
-    def _on_abort(self) -> Element:
+    def _on_abort(self) -> XmlElement:
         task = self.task
         self.findings.add("L02", task.on_abort[0].mark, "nothing starts on_abort in BT.CPP, where halting is immediate")
         names = self._names((task.on_abort,), [*task.params, *task.vars, *task.roles], ())
         writer = StepWriter(self.shared, Tree(names, task.mark))
         attrs = {"ID": f"{task.name}_on_abort", "_formiga": "on_abort"}
-        return Element("BehaviorTree", attrs, [writer.body(task.on_abort, "on_abort")])
+        return XmlElement("BehaviorTree", attrs, [writer.body(task.on_abort, "on_abort")])
 
-    def _subtree(self, subtree: Subtree) -> Element:
+    def _subtree(self, subtree: Subtree) -> XmlElement:
         names = self._names((subtree.steps,), list(subtree.params), ())
         writer = StepWriter(self.shared, Tree(names, subtree.mark))
         name = self.subtree_id(subtree)
@@ -163,26 +163,26 @@ class _Exporter:
             last.attrs["_formiga"] = "returns"
             body.children.append(last)
         self.models.append(self._ports(name, subtree.params, subtree.returns, writer))
-        return Element("BehaviorTree", {"ID": name, "_description": f"[{place(subtree.mark)}]"}, [body])
+        return XmlElement("BehaviorTree", {"ID": name, "_description": f"[{place(subtree.mark)}]"}, [body])
 
-    def _ports(self, name: str, params: Mapping[str, Param], returns: Expr | None, writer: StepWriter) -> Element:
-        node = Element("SubTree", {"ID": name, "editable": "true"})
+    def _ports(self, name: str, params: Mapping[str, Param], returns: Expr | None, writer: StepWriter) -> XmlElement:
+        node = XmlElement("SubTree", {"ID": name, "editable": "true"})
         for param in params.values():
             attrs = {"name": port_name(param.name), "type": param.type.name}
             if param.default is not None:
-                attrs["default"] = writer.texts.number_port(param.default, Names())
+                attrs["default"] = writer.texts.number_port(param.default, ScriptNames())
             attrs["_formiga"] = flow(_param(param, writer))
-            node.children.append(Element("input_port", attrs, text=one_line(param.help or param.label)))
+            node.children.append(XmlElement("input_port", attrs, text=one_line(param.help or param.label)))
         if returns is not None:
             attrs = {"name": "returns", "type": returns.type.name}
-            node.children.append(Element("output_port", attrs))
+            node.children.append(XmlElement("output_port", attrs))
         return node
 
-    def _own_models(self) -> list[Element]:
+    def _own_models(self) -> list[XmlElement]:
         found = []
         for tag, used in sorted(self.shared.ports.items()):
             own = OWN.get(tag)
-            node = Element(own.category if own is not None else "Action", {"ID": tag, "editable": "true"})
+            node = XmlElement(own.category if own is not None else "Action", {"ID": tag, "editable": "true"})
             spec = self.shared.catalogue.actions.get(tag.removeprefix("Do"), self.shared.catalogue.actions.get(tag))
             ports: dict[str, str] = {**(own.ports if own is not None else {}), **used}
             if own is None and spec is not None:
@@ -191,7 +191,7 @@ class _Exporter:
                 attrs = {"name": port}
                 if own is None and spec is not None:
                     attrs["type"] = _type_of(port, direction, spec)
-                node.children.append(Element(f"{direction}_port", attrs))
+                node.children.append(XmlElement(f"{direction}_port", attrs))
             if own is not None and own.help:
                 node.comment = own.help
             found.append(node)

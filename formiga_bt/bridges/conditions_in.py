@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.table import BTCPP, OWN
-from formiga_bt.bridges.values_in import Scope, snake
+from formiga_bt.bridges.values_in import ImportScope, snake
 from formiga_bt.bridges.yaml_text import TODO
 
 _LOOKS_LIKE_CONDITION: Final = re.compile(r"(Is|Has|Are|Can|Check)[A-Z_].*|.*(OK|Ok|_ok)")
@@ -25,10 +25,10 @@ class Ports:
 class ConditionReader:
     """Reads the nodes of one tree that only look."""
 
-    def __init__(self, scope: Scope, models: Mapping[str, Ports]) -> None:
+    def __init__(self, scope: ImportScope, models: Mapping[str, Ports]) -> None:
         self.scope, self.models = scope, models
 
-    def read(self, element: Element) -> str | None:
+    def read(self, element: XmlElement) -> str | None:
         """Return a node that only looks as an expression, or None if it is no such node."""
         element = named(element)
         tag = element.tag
@@ -48,7 +48,7 @@ class ConditionReader:
             return word.join(bracketed(part) for part in parts if part) if all(parts) else None
         return self._named_condition(element) if self._is_condition(element) else None
 
-    def looks(self, element: Element, *, modified: bool = False) -> bool:
+    def looks(self, element: XmlElement, *, modified: bool = False) -> bool:
         """Return whether a node and all below it only look (asked first, so that nothing is reported twice).
 
         Args:
@@ -62,7 +62,7 @@ class ConditionReader:
             return bool(element.children) and all(self.looks(child) for child in element.children)
         return element.tag in ("ScriptCondition", "Expression", "BlackboardCheckString") or self._is_condition(element)
 
-    def _is_condition(self, element: Element) -> bool:
+    def _is_condition(self, element: XmlElement) -> bool:
         if element.tag in BTCPP or element.tag in OWN or element.children:
             return False
         known = self.models.get(element.tag)
@@ -70,7 +70,7 @@ class ConditionReader:
             return known.category == "Condition"
         return element.get("_category") == "Condition" or bool(_LOOKS_LIKE_CONDITION.fullmatch(element.tag))
 
-    def _named_condition(self, element: Element) -> str:
+    def _named_condition(self, element: XmlElement) -> str:
         name = snake(element.tag)
         if name not in self.scope.params:
             said = self.scope.report(
@@ -80,11 +80,11 @@ class ConditionReader:
         return name
 
 
-def named(element: Element) -> Element:
+def named(element: XmlElement) -> XmlElement:
     """Return a node with its own name as tag: `<Action ID="GoTo"/>` is `<GoTo/>`."""
     if element.tag in ("Action", "Condition", "Control", "Decorator") and element.get("ID"):
         attrs = {key: text for key, text in element.attrs.items() if key != "ID"} | {"_category": element.tag}
-        return Element(element.get("ID"), attrs, element.children, line=element.line, col=element.col)
+        return XmlElement(element.get("ID"), attrs, element.children, line=element.line, col=element.col)
     return element
 
 

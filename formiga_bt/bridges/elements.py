@@ -43,12 +43,12 @@ class XmlRefused(Exception):  # noqa: N818 - it names what is wrong
 
 
 @dataclass(slots=True)
-class Element:
+class XmlElement:
     """An element; `line` and `col` (1-based) tell where it stood in the text that was read, 0 = nowhere."""
 
     tag: str
     attrs: dict[str, str] = field(default_factory=dict)
-    children: "list[Element]" = field(default_factory=list)
+    children: "list[XmlElement]" = field(default_factory=list)
     text: str = ""
     comment: str = ""
     """Written before the element."""
@@ -59,7 +59,7 @@ class Element:
         """Return an attribute."""
         return self.attrs.get(name, default)
 
-    def walk(self) -> "Iterator[Element]":
+    def walk(self) -> "Iterator[XmlElement]":
         """Return the element and all below it, in document order."""
         stack = [self]
         while stack:
@@ -68,7 +68,7 @@ class Element:
             stack.extend(reversed(one.children))
 
 
-def parse(data: bytes) -> Element:
+def parse(data: bytes) -> XmlElement:
     """Return the root element of an XML document.
 
     Raises:
@@ -89,8 +89,8 @@ def parse(data: bytes) -> Element:
 class _Reader:
     def __init__(self) -> None:
         self.parser: Any = ParserCreate()
-        self.root: Element | None = None
-        self.stack: list[Element] = []
+        self.root: XmlElement | None = None
+        self.stack: list[XmlElement] = []
         self.count = 0
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
@@ -99,7 +99,7 @@ class _Reader:
         self.parser.ProcessingInstructionHandler = self.instruction
         self.parser.buffer_text = True
 
-    def read(self, data: bytes) -> Element:
+    def read(self, data: bytes) -> XmlElement:
         try:
             self.parser.Parse(data, True)
         except ExpatError as error:
@@ -121,7 +121,7 @@ class _Reader:
         if len(self.stack) >= MAX_DEPTH:
             raise self.refuse(f"more than {MAX_DEPTH} levels", "move inner parts into subtrees")
         line, col = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
-        element = Element(tag, dict(attrs), line=line, col=col)
+        element = XmlElement(tag, dict(attrs), line=line, col=col)
         if self.stack:
             self.stack[-1].children.append(element)
         else:
@@ -141,7 +141,7 @@ class _Reader:
         raise self.refuse("a processing instruction is not read", "remove it")
 
 
-def write(root: Element, head: str = "") -> str:
+def write(root: XmlElement, head: str = "") -> str:
     """Return the document as text, two blanks a level, attributes on one line; `head` becomes the first comment."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
     lines += _comment(head, "")
@@ -149,7 +149,7 @@ def write(root: Element, head: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _write(element: Element, pad: str, lines: list[str]) -> None:
+def _write(element: XmlElement, pad: str, lines: list[str]) -> None:
     lines += _comment(element.comment, pad)
     attrs = "".join(f' {name}="{escape(value)}"' for name, value in element.attrs.items())
     if not element.children:

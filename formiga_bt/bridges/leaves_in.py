@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from formiga_bt.bridges.conditions_in import ConditionReader, Ports
-from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.table import BTCPP, OWN, our_name
-from formiga_bt.bridges.values_in import Scope, clean, snake, unfold, words
+from formiga_bt.bridges.values_in import ImportScope, clean, snake, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, one_line
 
 Step = dict[str, Any]
@@ -20,7 +20,7 @@ _SILENT: Final = frozenset({"name", "ID", "_description", "_skipIf", "_uid", "_f
 class LeafReader:
     """Reads the leaves of one tree."""
 
-    def __init__(self, scope: Scope, models: Mapping[str, Ports], *, is_task: bool) -> None:
+    def __init__(self, scope: ImportScope, models: Mapping[str, Ports], *, is_task: bool) -> None:
         self.scope, self.models, self.is_task = scope, models, is_task
         self.conditions = ConditionReader(scope, models)
         self.vars: dict[str, Any] = {}
@@ -29,17 +29,17 @@ class LeafReader:
     def _todo(self, texts: list[str]) -> Step:
         return {TODO: texts, "notify": "TODO: " + one_line(texts[0])}
 
-    def _node_alwayssuccess(self, _element: Element) -> None:
+    def _node_alwayssuccess(self, _element: XmlElement) -> None:
         return None
 
-    def _node_alwaysfailure(self, element: Element) -> Step:
+    def _node_alwaysfailure(self, element: XmlElement) -> Step:
         step: Step = {"fail": unfold(element.get("_formiga_fail")) or element.get("name") or "It always fails here."}
         return step | ({"code": element.get("_formiga_code")} if element.get("_formiga_code") else {})
 
-    def _node_sleep(self, element: Element) -> Step:
+    def _node_sleep(self, element: XmlElement) -> Step:
         return {"wait": self.scope.amount(element, "msec", "wait")}
 
-    def _node_script(self, element: Element) -> Step:
+    def _node_script(self, element: XmlElement) -> Step:
         pairs = self.scope.assignments(element)
         if not pairs:
             return self._todo([f"the script '{one_line(element.get('code'))}' has no counterpart"])
@@ -54,7 +54,7 @@ class LeafReader:
 
     _node_evaluate = _node_setblackboard = _node_script
 
-    def _declare(self, element: Element, name: str, value: Any) -> None:
+    def _declare(self, element: XmlElement, name: str, value: Any) -> None:
         if name in self.vars:
             return
         constant = not (isinstance(value, str) and "${" in value)
@@ -62,10 +62,10 @@ class LeafReader:
         if not constant:
             self.scope.report("X04", element, f"'{name}' needs a first value of its type", "give it one in vars")
 
-    def _node_unsetblackboard(self, element: Element) -> Step:
+    def _node_unsetblackboard(self, element: XmlElement) -> Step:
         return self._todo([self.scope.report("X02", element, "nothing is ever unset here")])
 
-    def _node_ask(self, element: Element) -> Step:
+    def _node_ask(self, element: XmlElement) -> Step:
         step: Step = {"ask": self.scope.value(element.get("question"), element), "of": words(element.get("of"))}
         if words(element.get("options")) != ["yes", "no"]:
             step["options"] = words(element.get("options"))
@@ -78,14 +78,14 @@ class LeafReader:
                 step[key] = self.scope.value(element.get(key), element)
         return self._saved(element, step)
 
-    def _saved(self, element: Element, step: Step) -> Step:
+    def _saved(self, element: XmlElement, step: Step) -> Step:
         saved = self.outputs(element)
         if saved and saved != "result":
             step["save_as"] = saved
         self.scope.saved = saved
         return step
 
-    def outputs(self, element: Element) -> str:
+    def outputs(self, element: XmlElement) -> str:
         """Return the name under which a node's outputs are saved, and learn their entries."""
         known = self.models.get(element.tag)
         ports = known.outputs if known is not None else set()
@@ -102,19 +102,19 @@ class LeafReader:
         self.scope.known.add(base)
         return base
 
-    def _node_notify(self, element: Element) -> Step:
+    def _node_notify(self, element: XmlElement) -> Step:
         step: Step = {"notify": self.scope.value(element.get("text"), element)}
         if element.get("to"):
             step["to"] = words(element.get("to"))
         return step | ({"severity": element.get("severity")} if element.get("severity") else {})
 
-    def _node_release(self, element: Element) -> Step:
+    def _node_release(self, element: XmlElement) -> Step:
         return {"release": self.scope.pointer(element.get("agent"))}
 
-    def _node_waituntil(self, element: Element) -> Step:
+    def _node_waituntil(self, element: XmlElement) -> Step:
         return {"wait_until": element.get("cond")}
 
-    def _node_waitfor(self, element: Element) -> Step:
+    def _node_waitfor(self, element: XmlElement) -> Step:
         agent, saved = self.scope.pointer(element.get("agent")), self.scope.pointer(element.get("value"))
         step: Step = {"wait_for": f"{agent}.{element.get('event')}"}
         if element.get("since"):
@@ -124,10 +124,10 @@ class LeafReader:
             step["save_as"] = saved
         return step
 
-    def _node_breakif(self, element: Element) -> Step:
+    def _node_breakif(self, element: XmlElement) -> Step:
         return {"break_if": element.get("cond")}
 
-    def roles(self, element: Element) -> dict[str, Any]:
+    def roles(self, element: XmlElement) -> dict[str, Any]:
         """Return the roles that an `Agents` or `WithAgents` claims."""
         found: dict[str, Any] = {}
         for key, text in element.attrs.items():
@@ -141,10 +141,10 @@ class LeafReader:
         self.scope.agents |= {name for name, role in found.items() if "count" not in role}
         return found
 
-    def _node_agents(self, element: Element) -> Step:
+    def _node_agents(self, element: XmlElement) -> Step:
         return self._todo([self.scope.report("X02", element, "agents are named in the file's head", "move them there")])
 
-    def _action(self, element: Element) -> Step:
+    def _action(self, element: XmlElement) -> Step:
         agent = self.scope.pointer(element.get("agent"))
         if not agent:
             agent = "robot"

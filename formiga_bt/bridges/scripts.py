@@ -22,7 +22,7 @@ BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort"})
 
 
 @dataclass(slots=True)
-class Names:
+class ScriptNames:
     """What names stand for on the blackboard of one tree."""
 
     records: frozenset[str] = frozenset()
@@ -37,7 +37,7 @@ class Names:
     """Fields of agents that were read so far."""
 
 
-def to_script(source: str, names: Names, renamed: Mapping[str, str] | None = None) -> str | None:
+def to_script(source: str, names: ScriptNames, renamed: Mapping[str, str] | None = None) -> str | None:
     """Return an expression as a script, or None if scripts cannot say it.
 
     Args:
@@ -60,7 +60,7 @@ class _Beyond(Exception):  # noqa: N818 - never leaves this module
 
 
 class _Writer:
-    def __init__(self, parsed: Parsed, names: Names, renamed: Mapping[str, str]) -> None:
+    def __init__(self, parsed: Parsed, names: ScriptNames, renamed: Mapping[str, str]) -> None:
         self.parsed, self.names, self.renamed = parsed, names, renamed
         self.read: set[tuple[str, str]] = set()
 

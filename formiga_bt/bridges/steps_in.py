@@ -13,10 +13,10 @@ from copy import deepcopy
 from typing import Any, Final
 
 from formiga_bt.bridges.conditions_in import Ports, named, negated
-from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.leaves_in import LeafReader, Step
 from formiga_bt.bridges.table import BTCPP, NAV2, OWN
-from formiga_bt.bridges.values_in import Scope, unfold
+from formiga_bt.bridges.values_in import ImportScope, unfold
 from formiga_bt.bridges.yaml_text import TODO, one_line
 
 _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
@@ -31,23 +31,28 @@ class StepReader(LeafReader):
     """Reads the nodes of one tree."""
 
     def __init__(
-        self, scope: Scope, models: Mapping[str, Ports], call: "Callable[[Element, StepReader], Step]", *, is_task: bool
+        self,
+        scope: ImportScope,
+        models: Mapping[str, Ports],
+        call: "Callable[[XmlElement, StepReader], Step]",
+        *,
+        is_task: bool,
     ) -> None:
         super().__init__(scope, models, is_task=is_task)
         self.call = call
 
     # -- lists and modifiers ------------------------------------------------------------------------------------------
-    def body(self, element: Element) -> list[Step]:
+    def body(self, element: XmlElement) -> list[Step]:
         """Return the steps of a branch: those of a plain `Sequence`, else the one node."""
         plain = element.tag == "Sequence" and not set(element.attrs) - {"_formiga"} and not element.get("_formiga")
         return self.steps(element.children if plain else [element])
 
-    def steps(self, elements: Sequence[Element]) -> list[Step]:
+    def steps(self, elements: Sequence[XmlElement]) -> list[Step]:
         """Return the steps of nodes; those that do nothing are left out, but an empty list gets a TODO."""
         found = [step for element in elements for step in [self.step(element)] if step is not None]
         return found or [self._todo(["nothing is done here"])]
 
-    def step(self, element: Element) -> Step | None:
+    def step(self, element: XmlElement) -> Step | None:
         """Return the step of a node with its modifiers; None = it does nothing."""
         element = named(element)
         step = self._kind(element)
@@ -58,7 +63,7 @@ class StepReader(LeafReader):
         return self._conditions(element, step)
 
     @staticmethod
-    def _described(element: Element, step: Step) -> None:
+    def _described(element: XmlElement, step: Step) -> None:
         if element.get("_formiga") in ("expect", "args", "copy", "pause", "switch", "set") or not element.attrs:
             return
         tag = next((key for key in step if key != TODO), "")
@@ -76,7 +81,7 @@ class StepReader(LeafReader):
             step.update(said)
             step.update({key: value for key, value in rest.items() if key not in step})
 
-    def _conditions(self, element: Element, step: Step) -> Step:
+    def _conditions(self, element: XmlElement, step: Step) -> Step:
         attrs, scope = element.attrs, self.scope
         if element.get("_formiga_critical") == "true":
             step["critical"] = "true"
@@ -98,7 +103,7 @@ class StepReader(LeafReader):
                 step.setdefault(TODO, []).append(said)
         return step
 
-    def _when(self, element: Element, key: str, step: Step) -> Step:
+    def _when(self, element: XmlElement, key: str, step: Step) -> Step:
         code, scope = element.get(key), self.scope
         said = element.get("_formiga_when")
         if key == "_skipIf" and said and code.startswith("!(") and scope.unchanged(said, code[2:-1]):
@@ -111,7 +116,7 @@ class StepReader(LeafReader):
         return modified(step, "when", negated(cond))
 
     # -- kinds --------------------------------------------------------------------------------------------------------
-    def _kind(self, element: Element) -> Step | None:
+    def _kind(self, element: XmlElement) -> Step | None:
         marker = element.get("_formiga")
         fold: Any = getattr(self, f"_fold_{marker}", None) if marker and element.children else None
         if fold is not None:
@@ -131,11 +136,11 @@ class StepReader(LeafReader):
             return step
         return self._foreign(element)
 
-    def _check(self, element: Element, cond: str) -> Step:
+    def _check(self, element: XmlElement, cond: str) -> Step:
         message = element.get("_formiga_message")
         return {"check": cond} | ({"message": message} if message else {})
 
-    def _composite(self, element: Element) -> Step:
+    def _composite(self, element: XmlElement) -> Step:
         kind = "sequence" if "Sequence" in element.tag else "fallback"
         children = [c for c in element.children if c.get("_formiga") != "nothing_applied"]
         step: Step = {kind: self.steps(children)}
@@ -153,7 +158,7 @@ class StepReader(LeafReader):
                 step[TODO] = [self.scope.report("X07", element, said, "use guard")]
         return step
 
-    def _same_as_sequence(self, element: Element) -> Step:
+    def _same_as_sequence(self, element: XmlElement) -> Step:
         kind = "sequence" if "Sequence" in element.tag else "fallback"
         step: Step = {kind: self.steps(element.children)}
         if "WithMemory" in element.tag or "Star" in element.tag:
@@ -166,13 +171,13 @@ class StepReader(LeafReader):
     )
     _node_sequence = _node_fallback = _node_reactivesequence = _node_reactivefallback = _same_as_sequence
 
-    def _child(self, element: Element) -> Step:
+    def _child(self, element: XmlElement) -> Step:
         if len(element.children) != 1:
             self.scope.report("X02", element, f"{element.tag} has {len(element.children)} children, not one")
         steps = self.steps(element.children)
         return steps[0] if len(steps) == 1 else {"sequence": steps}
 
-    def _node_parallel(self, element: Element) -> Step:
+    def _node_parallel(self, element: XmlElement) -> Step:
         step: Step = {"parallel": self.steps(element.children)}
         count = len(element.children)
         success = _number(element.get("success_count") or element.get("success_threshold"), -1)
@@ -188,7 +193,7 @@ class StepReader(LeafReader):
             step[TODO] = [self.scope.report("X07", element, said)]
         return step
 
-    def _node_parallelall(self, element: Element) -> Step:
+    def _node_parallelall(self, element: XmlElement) -> Step:
         step: Step = {"parallel": self.steps(element.children)}
         most = _number(element.get("max_failures"), 1)
         if most != 1:
@@ -196,7 +201,7 @@ class StepReader(LeafReader):
             step[TODO] = [self.scope.report("X07", element, "here it ends as soon as enough have succeeded")]
         return step
 
-    def _node_ifthenelse(self, element: Element) -> Step:
+    def _node_ifthenelse(self, element: XmlElement) -> Step:
         if len(element.children) not in (2, 3):
             return self._foreign(element)
         first, then, *other = element.children
@@ -212,7 +217,7 @@ class StepReader(LeafReader):
             step["else"] = self.body(other[0])
         return step
 
-    def _node_whiledoelse(self, element: Element) -> Step:
+    def _node_whiledoelse(self, element: XmlElement) -> Step:
         if len(element.children) not in (2, 3) or not self.conditions.looks(element.children[0]):
             return self._foreign(element)
         cond = self.conditions.read(element.children[0])
@@ -224,7 +229,7 @@ class StepReader(LeafReader):
             return guard
         return {"if": cond, "then": [guard], "else": self.body(element.children[2])}
 
-    def _switch(self, element: Element, on: str = "", *, ours: bool = False) -> Step:
+    def _switch(self, element: XmlElement, on: str = "", *, ours: bool = False) -> Step:
         number = int(element.tag[-1])
         on = on or unwrap(self.scope.value(element.get("variable"), element))
         cases: dict[str, Any] = {}
@@ -243,7 +248,7 @@ class StepReader(LeafReader):
 
     _node_switch2 = _node_switch3 = _node_switch4 = _node_switch5 = _node_switch6 = _switch
 
-    def _unsaid(self, element: Element, what: str, mend: str = "write it anew with steps of this language") -> Step:
+    def _unsaid(self, element: XmlElement, what: str, mend: str = "write it anew with steps of this language") -> Step:
         """Report a node that cannot be said; its children stay for whoever writes it anew, behind a step that fails."""
         said = self.scope.report("X09", element, what, mend)
         fail: Step = {TODO: [said], "fail": f"TODO: {one_line(element.tag)} cannot be said here."}
@@ -260,7 +265,7 @@ class StepReader(LeafReader):
         self.scope.known.add(name)
         return name
 
-    def _node_inverter(self, element: Element) -> Step:
+    def _node_inverter(self, element: XmlElement) -> Step:
         """Read the Inverter of something that does, not only looks: how its child ended is kept in a variable."""
         done = self._variable("inverted", "false")
         if not done:
@@ -268,7 +273,7 @@ class StepReader(LeafReader):
         tried = {"sequence": [self._child(element), {"set": {done: "true"}}], "ignore_failure": "true"}
         return {"sequence": [{"set": {done: "false"}}, tried, {"check": f"not {done}"}]}
 
-    def _node_recoverynode(self, element: Element) -> Step:
+    def _node_recoverynode(self, element: XmlElement) -> Step:
         """Read child 1; where it fails, so often as is said, child 2 and then child 1 again."""
         if len(element.children) != 2:
             return self._unsaid(element, f"a RecoveryNode has two children, not {len(element.children)}")
@@ -286,7 +291,7 @@ class StepReader(LeafReader):
             again[TODO] = [self.scope.report("X07", element, said)]
         return {"fallback": [body, again]}
 
-    def _node_roundrobin(self, element: Element) -> Step:
+    def _node_roundrobin(self, element: XmlElement) -> Step:
         """Read children of which one succeeds; the next time it begins with the one after that: a variable says which."""
         count = len(element.children)
         turn = self._variable("turn", "0")
@@ -306,7 +311,7 @@ class StepReader(LeafReader):
     def _one(steps: list[Step]) -> Step:
         return steps[0] if len(steps) == 1 else {"sequence": steps}
 
-    def _node_retryuntilsuccessful(self, element: Element) -> Step:
+    def _node_retryuntilsuccessful(self, element: XmlElement) -> Step:
         step = self._child(element)
         pause = step.pop("_pause", {})
         attempts = self.scope.amount(element, "num_attempts", type_="int")
@@ -323,32 +328,32 @@ class StepReader(LeafReader):
 
     _node_retryuntilsuccesful = _node_retryuntilsuccessful  # as version 3 spells it
 
-    def _node_timeout(self, element: Element) -> Step:
+    def _node_timeout(self, element: XmlElement) -> Step:
         return modified(self._child(element), "timeout", self.scope.amount(element, "msec", "timeout"))
 
-    def _node_forcesuccess(self, element: Element) -> Step:
+    def _node_forcesuccess(self, element: XmlElement) -> Step:
         return modified(self._child(element), "ignore_failure", "true")
 
-    def _node_forcefailure(self, element: Element) -> Step:
+    def _node_forcefailure(self, element: XmlElement) -> Step:
         step = modified(self._child(element), "ignore_failure", "true")
         return {"sequence": [step, {"fail": "It fails in any case."}]}
 
-    def _node_repeat(self, element: Element) -> Step:
+    def _node_repeat(self, element: XmlElement) -> Step:
         steps = [s for child in element.children for s in self.body(child)]
         times = self.scope.amount(element, "num_cycles", type_="int")
         return self._endless(element, steps) if times == "-1" else {"repeat": times, "steps": steps}
 
-    def _node_keeprunninguntilfailure(self, element: Element) -> Step:
+    def _node_keeprunninguntilfailure(self, element: XmlElement) -> Step:
         return self._endless(element, [s for child in element.children for s in self.body(child)])
 
-    def _endless(self, element: Element, steps: list[Step]) -> Step:
+    def _endless(self, element: XmlElement, steps: list[Step]) -> Step:
         said = self.scope.report("X07", element, "it repeats for ever", "say how long at most, or when it ends")
         return {TODO: [said], "repeat": "1 d", "every": "1 s", "steps": steps}
 
-    def _node_delay(self, element: Element) -> Step:
+    def _node_delay(self, element: XmlElement) -> Step:
         return {"sequence": [{"wait": self.scope.amount(element, "delay_msec")}, self._child(element)]}
 
-    def _node_precondition(self, element: Element) -> Step:
+    def _node_precondition(self, element: XmlElement) -> Step:
         cond = self.scope.expression(element.get("if"), element)
         step = self._child(element)
         if cond is None:
@@ -360,27 +365,27 @@ class StepReader(LeafReader):
             step.setdefault(TODO, []).append(said)
         return modified(step, "when", cond)
 
-    def _no_counterpart(self, element: Element) -> Step:
+    def _no_counterpart(self, element: XmlElement) -> Step:
         return self._unsaid(element, f"{element.tag} has no counterpart")
 
     _node_runonce = _node_skipunlessupdated = _node_waitvalueupdate = _no_counterpart
     _node_loopint = _node_loopbool = _node_loopdouble = _node_loopstring = _no_counterpart
 
-    def _node_trycatch(self, element: Element) -> Step:
+    def _node_trycatch(self, element: XmlElement) -> Step:
         said = self.scope.report("X07", element, "TryCatch becomes a fallback")
         return {TODO: [said], "fallback": self.steps(element.children)}
 
-    def _node_subtree(self, element: Element) -> Step:
+    def _node_subtree(self, element: XmlElement) -> Step:
         return self.call(element, self)
 
     _node_subtreeplus = _node_subtree
 
     # -- our own nodes ------------------------------------------------------------------------------------------------
 
-    def _node_when(self, element: Element) -> Step:
+    def _node_when(self, element: XmlElement) -> Step:
         return modified(self._child(element), "when", element.get("cond"))
 
-    def _node_loop(self, element: Element) -> Step:
+    def _node_loop(self, element: XmlElement) -> Step:
         value = {key: self.scope.value(text, element) for key, text in element.attrs.items() if key[0] != "_"}
         step: Step = {"while": element.get("while")} if element.get("while") else {}
         if not step:
@@ -388,7 +393,7 @@ class StepReader(LeafReader):
         step |= {key: value[key] for key in ("until", "every", "max") if key in value}
         return step | {"steps": [s for child in element.children for s in self.body(child)]}
 
-    def _node_foreach(self, element: Element) -> Step:
+    def _node_foreach(self, element: XmlElement) -> Step:
         lists: dict[str, Any] = {}
         for key in element.attrs:
             if key == "item" or key.startswith("item_"):
@@ -404,7 +409,7 @@ class StepReader(LeafReader):
             self.scope.known.add(step["collect"])
         return step | {"steps": [s for child in element.children for s in self.body(child)]}
 
-    def _node_finally(self, element: Element) -> Step:
+    def _node_finally(self, element: XmlElement) -> Step:
         if len(element.children) != 2:
             return self._foreign(element)
         body, last = element.children
@@ -413,12 +418,12 @@ class StepReader(LeafReader):
         )
         return inner | {"finally": self.body(last)}
 
-    def _node_withagents(self, element: Element) -> Step:
+    def _node_withagents(self, element: XmlElement) -> Step:
         roles = self.roles(element)
         return {"with_agents": roles, "steps": [s for child in element.children for s in self.body(child)]}
 
     # -- helper nodes of our exporter ---------------------------------------------------------------------------------
-    def _fold_expect(self, element: Element) -> Step:
+    def _fold_expect(self, element: XmlElement) -> Step:
         action, cond = element.children[0], element.children[-1]
         step = self.step(action)
         expect = self.conditions.read(cond)
@@ -428,15 +433,15 @@ class StepReader(LeafReader):
         step["expect"] = expect
         return step
 
-    def _fold_copy(self, element: Element) -> Step:
+    def _fold_copy(self, element: XmlElement) -> Step:
         for child in element.children[:-1]:
             for name, value in self.scope.assignments(child):
                 self.scope.copies[name] = value
-        return self._child(Element(element.tag, {}, element.children[-1:], line=element.line, col=element.col))
+        return self._child(XmlElement(element.tag, {}, element.children[-1:], line=element.line, col=element.col))
 
     _fold_args = _fold_copy
 
-    def _fold_pause(self, element: Element) -> Step:
+    def _fold_pause(self, element: XmlElement) -> Step:
         pause = element.children[-1]
         if pause.get("_formiga") == "copy":
             for name, value in self.scope.assignments(pause.children[0]):
@@ -445,34 +450,34 @@ class StepReader(LeafReader):
         sleep = pause.children[0] if pause.tag == "ForceFailure" and pause.children else None
         if sleep is None or sleep.tag != "Sleep" or len(element.children) != 2:
             return self._same_as_sequence(element)
-        step = self._child(Element(element.tag, {}, element.children[:1], line=element.line, col=element.col))
+        step = self._child(XmlElement(element.tag, {}, element.children[:1], line=element.line, col=element.col))
         retry = {"delay": self.scope.amount(sleep, "msec", "delay")}
         if sleep.get("_formiga_backoff"):
             retry["backoff"] = unfold(sleep.get("_formiga_backoff"))
         step["_pause"] = retry
         return step
 
-    def _fold_set(self, element: Element) -> Step:
+    def _fold_set(self, element: XmlElement) -> Step:
         merged: dict[str, Any] = {}
         for child in element.children:
             merged.update(self._node_script(child).get("set", {}))
         return {"set": merged} if merged else self._todo(["nothing is assigned"])
 
-    def _fold_switch(self, element: Element) -> Step:
+    def _fold_switch(self, element: XmlElement) -> Step:
         if len(element.children) != 2 or not element.children[1].tag.startswith("Switch"):
             return self._same_as_sequence(element)
         pairs = self.scope.assignments(element.children[0])
         on = unwrap(pairs[0][1]) if pairs else ""
         return self._switch(element.children[1], on, ours=True)
 
-    def _fold_guard(self, element: Element) -> Step:
+    def _fold_guard(self, element: XmlElement) -> Step:
         cond = self.conditions.read(element.children[0]) if len(element.children) == 2 else None
         if cond is None:
             return self._composite(element)
         return {"guard": cond, "steps": self.body(element.children[1])}
 
     # -- nodes of others ----------------------------------------------------------------------------------------------
-    def _foreign(self, element: Element) -> Step:
+    def _foreign(self, element: XmlElement) -> Step:
         if element.children:
             return self._unsaid(element, f"what {element.tag} does with its children is not known")
         return self._action(element)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.findings import Findings
-from formiga_bt.bridges.scripts import Names, to_script
+from formiga_bt.bridges.scripts import ScriptNames, to_script
 from formiga_bt.bridges.table import BTCPP, OWN, port_name
 from formiga_bt.bridges.values_out import Texts
 from formiga_bt.bridges.yaml_text import flow, one_line
@@ -27,7 +27,7 @@ _MOST_CASES: Final = 6
 class Tree:
     """What one tree of the file knows: its names, and what it reads of agents."""
 
-    names: Names
+    names: ScriptNames
     mark: Mark
 
 
@@ -49,7 +49,7 @@ class Shared:
         self.numbers[stem] = self.numbers.get(stem, 0) + 1
         return f"{stem}_{self.numbers[stem]}"
 
-    def own(self, tag: str, inputs: Mapping[str, str], outputs: Mapping[str, str] | None = None) -> Element:
+    def own(self, tag: str, inputs: Mapping[str, str], outputs: Mapping[str, str] | None = None) -> XmlElement:
         """Return a node that the host registers, with these ports; empty ones are left away."""
         used = self.ports.setdefault(tag, {})
         attrs: dict[str, str] = {}
@@ -58,7 +58,7 @@ class Shared:
                 used.setdefault(port_name(port), direction)
                 if value:
                     attrs[port_name(port)] = value
-        return Element(tag, attrs)
+        return XmlElement(tag, attrs)
 
 
 class StepWriter:
@@ -68,11 +68,11 @@ class StepWriter:
         self.shared, self.tree = shared, tree
         self.texts, self.findings = shared.texts, shared.findings
 
-    def body(self, steps: Sequence[Step], name: str = "") -> Element:
+    def body(self, steps: Sequence[Step], name: str = "") -> XmlElement:
         """Return a `Sequence` of steps."""
-        return Element("Sequence", {"name": name} if name else {}, [self.step(step) for step in steps])
+        return XmlElement("Sequence", {"name": name} if name else {}, [self.step(step) for step in steps])
 
-    def step(self, step: Step) -> Element:
+    def step(self, step: Step) -> XmlElement:
         """Return the node of a step inside those of its modifiers."""
         node = self._describe(self._kind(step), step)
         if step.retry is not None:
@@ -80,13 +80,13 @@ class StepWriter:
         if step.timeout is not None:
             node = self._timeout(node, step.timeout)
         if step.ignore_failure:
-            node = Element("ForceSuccess", {}, [node])
+            node = XmlElement("ForceSuccess", {}, [node])
         if step.critical:
             node.attrs["_formiga_critical"] = "true"
             self.findings.add("L04", step.mark, "'critical' has no counterpart in BT.CPP")
         return self._when(node, step.when) if step.when is not None else node
 
-    def _describe(self, node: Element, step: Step) -> Element:
+    def _describe(self, node: XmlElement, step: Step) -> XmlElement:
         inner = node
         while inner.get("_formiga") in ("expect", "args", "copy") and inner.children:
             inner = next((c for c in inner.children if c.tag not in ("Script", "Evaluate")), inner.children[0])
@@ -118,18 +118,18 @@ class StepWriter:
             self.findings.add("L07", expr.mark, f"{name}.{one} is read from the agent", mend)
         return script
 
-    def condition(self, expr: Expr, renamed: Mapping[str, str] | None = None) -> Element:
+    def condition(self, expr: Expr, renamed: Mapping[str, str] | None = None) -> XmlElement:
         """Return a condition node."""
         script = self.script(expr, renamed)
         if script is not None:
-            return Element("ScriptCondition", {"code": script, "_formiga_cond": one_line(expr.source)})
+            return XmlElement("ScriptCondition", {"code": script, "_formiga_cond": one_line(expr.source)})
         self._kept(expr)
         return self.shared.own("Expression", {"text": one_line(expr.source)})
 
     def _kept(self, expr: Expr) -> None:
         self.findings.add("L06", expr.mark, f"'{one_line(expr.source)}' is beyond BT.CPP's scripts: kept as text")
 
-    def assign(self, name: str, expr: Expr, factor: int = 1) -> Element:
+    def assign(self, name: str, expr: Expr, factor: int = 1) -> XmlElement:
         """Return the node that computes a value into a blackboard entry; `factor` scales what scripts can compute."""
         literal = self.texts.is_literal(expr)
         text = self.texts.number_port(expr, self.tree.names)
@@ -144,10 +144,10 @@ class StepWriter:
             code = self.script(expr) if "${" not in expr.source else None
         if code is not None:
             code = f"({code}) * {factor}" if factor != 1 else code
-            return Element("Script", {"code": f"{name} := {code}", "_formiga_value": self.texts.value(expr)})
+            return XmlElement("Script", {"code": f"{name} := {code}", "_formiga_value": self.texts.value(expr)})
         return self.shared.own("Evaluate", {"text": self.texts.value(expr)}, {"value": "{" + name + "}"})
 
-    def amount(self, expr: Expr, stem: str, factor: int = 1) -> tuple[str, list[Element]]:
+    def amount(self, expr: Expr, stem: str, factor: int = 1) -> tuple[str, list[XmlElement]]:
         """Return a number as a port of BT.CPP's own nodes, and the nodes that compute it before.
 
         Durations come in milliseconds (`factor` 1000).
@@ -161,7 +161,7 @@ class StepWriter:
         return "{" + name + "}", [self.assign(name, expr, factor)]
 
     # -- modifiers ----------------------------------------------------------------------------------------------------
-    def _when(self, node: Element, when: Expr) -> Element:
+    def _when(self, node: XmlElement, when: Expr) -> XmlElement:
         script = self.script(when)
         if script is None:
             self._kept(when)
@@ -172,16 +172,16 @@ class StepWriter:
         node.attrs["_formiga_when"] = one_line(when.source)
         return node
 
-    def _timeout(self, node: Element, timeout: Expr) -> Element:
+    def _timeout(self, node: XmlElement, timeout: Expr) -> XmlElement:
         msec, before = self.amount(timeout, "timeout_ms", 1000)
-        outer = Element("Timeout", {"msec": msec, "_formiga_timeout": self.texts.value(timeout)}, [node])
+        outer = XmlElement("Timeout", {"msec": msec, "_formiga_timeout": self.texts.value(timeout)}, [node])
         return self._after(before, outer)
 
     @staticmethod
-    def _after(before: list[Element], node: Element) -> Element:
-        return Element("Sequence", {"_formiga": "copy"}, [*before, node]) if before else node
+    def _after(before: list[XmlElement], node: XmlElement) -> XmlElement:
+        return XmlElement("Sequence", {"_formiga": "copy"}, [*before, node]) if before else node
 
-    def _retry(self, node: Element, retry: model.Retry) -> Element:
+    def _retry(self, node: XmlElement, retry: model.Retry) -> XmlElement:
         if retry.attempt_timeout is not None:
             node = self._timeout(node, retry.attempt_timeout)
         if retry.delay is not None:
@@ -189,26 +189,26 @@ class StepWriter:
             attrs = {"msec": msec, "_formiga_delay": self.texts.value(retry.delay)}
             if retry.backoff is not None:
                 attrs["_formiga_backoff"] = self.texts.value(retry.backoff)
-            pause = Element("ForceFailure", {}, [Element("Sleep", attrs)])
-            node = Element("Fallback", {"_formiga": "pause"}, [node, self._after(before, pause)])
+            pause = XmlElement("ForceFailure", {}, [XmlElement("Sleep", attrs)])
+            node = XmlElement("Fallback", {"_formiga": "pause"}, [node, self._after(before, pause)])
             self.findings.add("L03", retry.mark, "in BT.CPP the pause also follows the last attempt, and does not grow")
         times, before = self.amount(retry.attempts, "attempts")
-        outer = Element("RetryUntilSuccessful", {"num_attempts": times}, [node])
+        outer = XmlElement("RetryUntilSuccessful", {"num_attempts": times}, [node])
         if retry.agent != "same":
             outer.attrs["_formiga_agent"] = retry.agent
             self.findings.add("L04", retry.mark, "'agent: another' has no counterpart in BT.CPP")
         return self._after(before, outer)
 
     # -- kinds --------------------------------------------------------------------------------------------------------
-    def _kind(self, step: Step) -> Element:
+    def _kind(self, step: Step) -> XmlElement:
         write = getattr(self, f"_{type(step).__name__.lower()}", None)
         if write is None:
             return self._unknown(step)
         node = write(step)
-        assert isinstance(node, Element)
+        assert isinstance(node, XmlElement)
         return node
 
-    def _unknown(self, step: Step) -> Element:
+    def _unknown(self, step: Step) -> XmlElement:
         tag = "".join(word.capitalize() for word in step.kind.split("_"))
         self.findings.add("L11", step.mark, f"'{step.kind}' has no counterpart: it becomes the node {tag}")
         node = self.shared.own(tag, {})
@@ -217,7 +217,7 @@ class StepWriter:
             node.children.append(self.body(steps))
         return node
 
-    def _do(self, step: model.Do) -> Element:
+    def _do(self, step: model.Do) -> XmlElement:
         spec = self.shared.catalogue.actions.get(step.action)
         fields = {}
         for name, expr in step.fields.items():
@@ -232,16 +232,16 @@ class StepWriter:
         node = self.shared.own(tag, {"agent": self._who(step.who), **fields}, outputs)
         return self._expect(node, step.expect, saved)
 
-    def _expect(self, node: Element, expect: Expr | None, saved: str) -> Element:
+    def _expect(self, node: XmlElement, expect: Expr | None, saved: str) -> XmlElement:
         if expect is None:
             return node
-        return Element("Sequence", {"_formiga": "expect"}, [node, self.condition(expect, {"result": saved})])
+        return XmlElement("Sequence", {"_formiga": "expect"}, [node, self.condition(expect, {"result": saved})])
 
     @staticmethod
     def _who(who: Who) -> str:
         return who.name if who.site_role else "{" + who.name + "}"
 
-    def _ask(self, step: model.Ask) -> Element:
+    def _ask(self, step: model.Ask) -> XmlElement:
         saved = step.save_as or ("result" if step.expect is not None else "")
         ports = {
             "question": self.port(step.question, "question"),
@@ -256,9 +256,9 @@ class StepWriter:
         outputs = {name: "{" + f"{saved}_{name}" + "}" for name in ("answer", "by", "at")} if saved else {}
         return self._expect(self.shared.own("Ask", ports, outputs), step.expect, saved)
 
-    def _call(self, step: model.Call) -> Element:
-        node = Element("SubTree", {"ID": self.shared.subtree_id(step.subtree)})
-        before: list[Element] = []
+    def _call(self, step: model.Call) -> XmlElement:
+        node = XmlElement("SubTree", {"ID": self.shared.subtree_id(step.subtree)})
+        before: list[XmlElement] = []
         for name, expr in step.args.items():
             text = self.texts.number_port(expr, self.tree.names)
             if text.startswith("$") or "${" in text:
@@ -271,25 +271,25 @@ class StepWriter:
                 self.findings.add("L01", expr.mark, f"the argument '{name}' cannot be written")
         if step.save_as:
             node.attrs["returns"] = "{" + step.save_as + "}"
-        return Element("Sequence", {"_formiga": "args"}, [*before, node]) if before else node
+        return XmlElement("Sequence", {"_formiga": "args"}, [*before, node]) if before else node
 
-    def _wait(self, step: model.Wait) -> Element:
+    def _wait(self, step: model.Wait) -> XmlElement:
         msec, before = self.amount(step.duration, "wait_ms", 1000)
-        node = Element("Sleep", {"msec": msec, "_formiga_wait": self.texts.value(step.duration)})
+        node = XmlElement("Sleep", {"msec": msec, "_formiga_wait": self.texts.value(step.duration)})
         return self._after(before, node)
 
-    def _check(self, step: model.Check) -> Element:
+    def _check(self, step: model.Check) -> XmlElement:
         node = self.condition(step.cond)
         if step.message is not None:
             node.attrs["_formiga_message"] = self.texts.value(step.message)
             self.findings.add("L08", step.mark, "BT.CPP does not tell why a check failed")
         return node
 
-    def _set(self, step: model.Set) -> Element:
+    def _set(self, step: model.Set) -> XmlElement:
         nodes = [self.assign(name, expr) for name, expr in step.assign.items()]
-        return nodes[0] if len(nodes) == 1 else Element("Sequence", {"_formiga": "set"}, nodes)
+        return nodes[0] if len(nodes) == 1 else XmlElement("Sequence", {"_formiga": "set"}, nodes)
 
-    def _notify(self, step: model.Notify) -> Element:
+    def _notify(self, step: model.Notify) -> XmlElement:
         ports = {
             "text": self.port(step.text, "notify"),
             "to": ";".join(who.name for who in step.to),
@@ -297,47 +297,47 @@ class StepWriter:
         }
         return self.shared.own("Notify", ports)
 
-    def _fail(self, step: model.Fail) -> Element:
+    def _fail(self, step: model.Fail) -> XmlElement:
         attrs = {"_formiga_fail": self.texts.value(step.message)}
         if step.code:
             attrs["_formiga_code"] = step.code
         self.findings.add("L08", step.mark, "BT.CPP does not tell the message of a failure")
-        return Element("AlwaysFailure", attrs)
+        return XmlElement("AlwaysFailure", attrs)
 
-    def _release(self, step: model.Release) -> Element:
+    def _release(self, step: model.Release) -> XmlElement:
         return self.shared.own("Release", {"agent": self._who(step.who)})
 
-    def _waituntil(self, step: model.WaitUntil) -> Element:
+    def _waituntil(self, step: model.WaitUntil) -> XmlElement:
         self._kept(step.cond)
         return self.shared.own("WaitUntil", {"cond": one_line(step.cond.source)})
 
-    def _waitfor(self, step: model.WaitFor) -> Element:
+    def _waitfor(self, step: model.WaitFor) -> XmlElement:
         ports = {"agent": self._who(step.who), "event": step.event, "since": "task" if step.since_task else ""}
         return self.shared.own("WaitFor", ports, {"value": "{" + step.save_as + "}" if step.save_as else ""})
 
-    def _breakif(self, step: model.BreakIf) -> Element:
+    def _breakif(self, step: model.BreakIf) -> XmlElement:
         return self.shared.own("BreakIf", {"cond": one_line(step.cond.source)})
 
-    def _sequence(self, step: model.Sequence) -> Element:
-        body = Element("ReactiveSequence" if step.reactive else "Sequence", {}, [self.step(s) for s in step.steps])
+    def _sequence(self, step: model.Sequence) -> XmlElement:
+        body = XmlElement("ReactiveSequence" if step.reactive else "Sequence", {}, [self.step(s) for s in step.steps])
         if not step.finally_:
             return body
         outer = self.shared.own("Finally", {})
         outer.children = [body, self.body(step.finally_)]
         return outer
 
-    def _fallback(self, step: model.Fallback) -> Element:
+    def _fallback(self, step: model.Fallback) -> XmlElement:
         children = [self.step(s) for s in step.steps]
         if all(may_skip(s) for s in step.steps):
-            children.append(Element("AlwaysFailure", {"_formiga": "nothing_applied"}))
-        return Element("ReactiveFallback" if step.reactive else "Fallback", {}, children)
+            children.append(XmlElement("AlwaysFailure", {"_formiga": "nothing_applied"}))
+        return XmlElement("ReactiveFallback" if step.reactive else "Fallback", {}, children)
 
-    def _parallel(self, step: model.Parallel) -> Element:
+    def _parallel(self, step: model.Parallel) -> XmlElement:
         children = [self.step(s) for s in step.steps]
         if step.need == "all" and step.on_child_failure == "finish":
-            return Element("ParallelAll", {"max_failures": "1"}, children)
+            return XmlElement("ParallelAll", {"max_failures": "1"}, children)
         if step.need == "all":
-            return Element("Parallel", {"success_count": "-1", "failure_count": "1"}, children)
+            return XmlElement("Parallel", {"success_count": "-1", "failure_count": "1"}, children)
         count = 1 if step.need == "any" else step.need
         attrs = {"success_count": str(count), "failure_count": str(len(children))}
         attrs["_formiga_need"] = str(step.need)
@@ -348,20 +348,20 @@ class StepWriter:
                 self.findings.add("L05", step.mark, what)
         if any(may_skip(s) for s in step.steps):
             self.findings.add("L12", step.mark, "a branch may be skipped: BT.CPP may then wait for ever")
-        return Element("Parallel", attrs, children)
+        return XmlElement("Parallel", attrs, children)
 
-    def _if(self, step: model.If) -> Element:
-        otherwise = self.body(step.otherwise) if step.otherwise else Element("AlwaysSuccess", {"_skipIf": "true"})
-        return Element("IfThenElse", {}, [self.condition(step.cond), self.body(step.then), otherwise])
+    def _if(self, step: model.If) -> XmlElement:
+        otherwise = self.body(step.otherwise) if step.otherwise else XmlElement("AlwaysSuccess", {"_skipIf": "true"})
+        return XmlElement("IfThenElse", {}, [self.condition(step.cond), self.body(step.then), otherwise])
 
-    def _switch(self, step: model.Switch) -> Element:
+    def _switch(self, step: model.Switch) -> XmlElement:
         entry = self.shared.fresh("switch")
         cases = list(step.cases)
-        default = self.body(step.default) if step.default else Element("AlwaysFailure")
+        default = self.body(step.default) if step.default else XmlElement("AlwaysFailure")
         node = self._cases(entry, cases, default)
-        return Element("Sequence", {"_formiga": "switch"}, [self.assign(entry, step.on), node])
+        return XmlElement("Sequence", {"_formiga": "switch"}, [self.assign(entry, step.on), node])
 
-    def _cases(self, entry: str, cases: list[model.Case], default: Element) -> Element:
+    def _cases(self, entry: str, cases: list[model.SwitchCase], default: XmlElement) -> XmlElement:
         now, more = cases[:_MOST_CASES], cases[_MOST_CASES:]
         if more:
             default = self._cases(entry, more, default)
@@ -370,14 +370,14 @@ class StepWriter:
             now = [*now, *now]
         attrs = {"variable": "{" + entry + "}"}
         attrs |= {f"case_{i}": str(case.value) for i, case in enumerate(now, 1)}
-        return Element(f"Switch{len(now)}", attrs, [*(self.body(case.steps) for case in now), default])
+        return XmlElement(f"Switch{len(now)}", attrs, [*(self.body(case.steps) for case in now), default])
 
-    def _loop(self, step: model.Loop) -> Element:
+    def _loop(self, step: model.Loop) -> XmlElement:
         body = self.body(step.steps)
         simple = step.until is None and step.every is None and step.max is None
         if step.times is not None and simple and not any(isinstance(s, model.BreakIf) for s in below(step.steps)):
             times, before = self.amount(step.times, "rounds")
-            return self._after(before, Element("Repeat", {"num_cycles": times}, [body]))
+            return self._after(before, XmlElement("Repeat", {"num_cycles": times}, [body]))
         ports = {
             "while": one_line(step.cond.source) if step.cond is not None else "",
             "times": "forever" if step.forever else self.optional(step.times, "repeat"),
@@ -390,7 +390,7 @@ class StepWriter:
         node.children.append(body)
         return node
 
-    def _for(self, step: model.For) -> Element:
+    def _for(self, step: model.For) -> XmlElement:
         inputs: dict[str, str] = {}
         outputs: dict[str, str] = {}
         for number, (name, expr) in enumerate(step.lists.items(), 1):
@@ -409,15 +409,15 @@ class StepWriter:
         node.children.append(self.body(step.steps))
         return node
 
-    def _guard(self, step: model.Guard) -> Element:
-        return Element("ReactiveSequence", {"_formiga": "guard"}, [self.condition(step.cond), self.body(step.steps)])
+    def _guard(self, step: model.Guard) -> XmlElement:
+        return XmlElement("ReactiveSequence", {"_formiga": "guard"}, [self.condition(step.cond), self.body(step.steps)])
 
-    def _withagents(self, step: model.WithAgents) -> Element:
+    def _withagents(self, step: model.WithAgents) -> XmlElement:
         node = self.agents("WithAgents", step.roles)
         node.children.append(self.body(step.steps))
         return node
 
-    def agents(self, tag: str, roles: Mapping[str, model.Role]) -> Element:
+    def agents(self, tag: str, roles: Mapping[str, model.Role]) -> XmlElement:
         """Return the node that claims agents for roles."""
         inputs: dict[str, str] = {}
         outputs: dict[str, str] = {}

@@ -14,7 +14,7 @@ Faith = Literal["same", "near", "own"]
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Correspondence:
     """One correspondence."""
 
     ours: str
@@ -24,57 +24,63 @@ class Row:
 
 
 ROWS: Final = (
-    Row("`sequence`, `steps`", "`Sequence`", "same"),
-    Row("`sequence` with `reactive`", "`ReactiveSequence`", "same"),
-    Row("`sequence` with `finally`, `finally`", "`Finally`", "own", "Two children: the body, and what follows it."),
-    Row(
+    Correspondence("`sequence`, `steps`", "`Sequence`", "same"),
+    Correspondence("`sequence` with `reactive`", "`ReactiveSequence`", "same"),
+    Correspondence(
+        "`sequence` with `finally`, `finally`", "`Finally`", "own", "Two children: the body, and what follows it."
+    ),
+    Correspondence(
         "`fallback`",
         "`Fallback`",
         "same",
         "With an `AlwaysFailure` at its end if all children could be skipped: it fails.",
     ),
-    Row("`fallback` with `reactive`", "`ReactiveFallback`", "same"),
-    Row("`parallel`, `need: all`", '`ParallelAll max_failures="1"`', "same"),
-    Row("`parallel`, `need: all`, `cancel`", "`Parallel` with success_count -1, failure_count 1", "same"),
-    Row("`parallel`, `need: any` or `N`", "`Parallel` with success_count", "near", "L05, L12"),
-    Row("`if`", "`IfThenElse`", "same", "Without `else`: a child that is always skipped."),
-    Row("`switch`", "`Switch2` to `Switch6`", "same", "On a copy made by `Script`; more than six cases nest."),
-    Row("`repeat: N`", "`Repeat`", "same", "Only with nothing but `steps`, and no `break_if` in it."),
-    Row("`while`, other `repeat`", "`Loop`", "own"),
-    Row("`for`", "`ForEach`", "own"),
-    Row("`break_if`", "`BreakIf`", "own"),
-    Row("`guard`", "`ReactiveSequence` of the condition and the steps", "same"),
-    Row(
+    Correspondence("`fallback` with `reactive`", "`ReactiveFallback`", "same"),
+    Correspondence("`parallel`, `need: all`", '`ParallelAll max_failures="1"`', "same"),
+    Correspondence("`parallel`, `need: all`, `cancel`", "`Parallel` with success_count -1, failure_count 1", "same"),
+    Correspondence("`parallel`, `need: any` or `N`", "`Parallel` with success_count", "near", "L05, L12"),
+    Correspondence("`if`", "`IfThenElse`", "same", "Without `else`: a child that is always skipped."),
+    Correspondence(
+        "`switch`", "`Switch2` to `Switch6`", "same", "On a copy made by `Script`; more than six cases nest."
+    ),
+    Correspondence("`repeat: N`", "`Repeat`", "same", "Only with nothing but `steps`, and no `break_if` in it."),
+    Correspondence("`while`, other `repeat`", "`Loop`", "own"),
+    Correspondence("`for`", "`ForEach`", "own"),
+    Correspondence("`break_if`", "`BreakIf`", "own"),
+    Correspondence("`guard`", "`ReactiveSequence` of the condition and the steps", "same"),
+    Correspondence(
         "`do: role.Action`",
         "`Action`, by its name",
         "own",
         "Ports: agent, the fields, an output for each field of the result.",
     ),
-    Row("`ask`", "`Ask`", "own"),
-    Row("`notify`", "`Notify`", "own"),
-    Row("`release`", "`Release`", "own"),
-    Row(
+    Correspondence("`ask`", "`Ask`", "own"),
+    Correspondence("`notify`", "`Notify`", "own"),
+    Correspondence("`release`", "`Release`", "own"),
+    Correspondence(
         "`call`", "`SubTree`", "same", "Arguments that are computed are computed before it, by `Script` or `Evaluate`."
     ),
-    Row("`wait`", "`Sleep`", "same"),
-    Row("`wait_until`", "`WaitUntil`", "own"),
-    Row("`wait_for`", "`WaitFor`", "own"),
-    Row("`check`", "`ScriptCondition`, else `Expression`", "near", "L08 if it has a message."),
-    Row("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
-    Row("`fail`", "`AlwaysFailure`", "near", "L08"),
-    Row("`expect`", "`Sequence` of the action and a condition", "same"),
-    Row("`when`", "`_skipIf`, else `When`", "same"),
-    Row("`timeout`", "`Timeout`", "same"),
-    Row("`retry`", "`RetryUntilSuccessful`", "near", "L03 if it pauses; `attempt_timeout` is a `Timeout` inside."),
-    Row("`ignore_failure`", "`ForceSuccess`", "same"),
-    Row("`on_failure`", "`Fallback` of the steps and `ForceFailure` of the section", "same"),
-    Row("`on_abort`", "a tree of its own", "near", "L02"),
-    Row("`agents`", "`Agents`", "own", "All roles at once, or none."),
-    Row("`with_agents`", "`WithAgents`", "own"),
-    Row(
+    Correspondence("`wait`", "`Sleep`", "same"),
+    Correspondence("`wait_until`", "`WaitUntil`", "own"),
+    Correspondence("`wait_for`", "`WaitFor`", "own"),
+    Correspondence("`check`", "`ScriptCondition`, else `Expression`", "near", "L08 if it has a message."),
+    Correspondence("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
+    Correspondence("`fail`", "`AlwaysFailure`", "near", "L08"),
+    Correspondence("`expect`", "`Sequence` of the action and a condition", "same"),
+    Correspondence("`when`", "`_skipIf`, else `When`", "same"),
+    Correspondence("`timeout`", "`Timeout`", "same"),
+    Correspondence(
+        "`retry`", "`RetryUntilSuccessful`", "near", "L03 if it pauses; `attempt_timeout` is a `Timeout` inside."
+    ),
+    Correspondence("`ignore_failure`", "`ForceSuccess`", "same"),
+    Correspondence("`on_failure`", "`Fallback` of the steps and `ForceFailure` of the section", "same"),
+    Correspondence("`on_abort`", "a tree of its own", "near", "L02"),
+    Correspondence("`agents`", "`Agents`", "own", "All roles at once, or none."),
+    Correspondence("`with_agents`", "`WithAgents`", "own"),
+    Correspondence(
         "`params`", "ports of the tree in TreeNodesModel", "same", "The host puts them on the blackboard, in SI units."
     ),
-    Row("`critical`, `priority`, `preemptible`, ...", "-", "near", "L04"),
+    Correspondence("`critical`, `priority`, `preemptible`, ...", "-", "near", "L04"),
 )
 """Every construct of the language that the bridge knows."""
 

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity, parse_quantity
-from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.findings import Findings
-from formiga_bt.bridges.scripts import Assigned, Names, NoScript, from_script, number, to_script
+from formiga_bt.bridges.scripts import Assigned, NoScript, ScriptNames, from_script, number, to_script
 from formiga_bt.bridges.values_out import plain
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.tokens import WORDS
@@ -43,7 +43,7 @@ def camel(name: str) -> str:
 
 
 @dataclass(slots=True)
-class Scope:
+class ImportScope:
     """The names of one tree, as they come up."""
 
     file: str
@@ -62,17 +62,17 @@ class Scope:
     saved: str = ""
     """What `result` is in the condition that is read now."""
 
-    def mark(self, element: Element) -> Mark:
+    def mark(self, element: XmlElement) -> Mark:
         """Return the place of an element."""
         end = element.col + len(element.tag) + 1
         return Mark(self.file, max(1, element.line), max(1, element.col), max(1, element.line), end)
 
-    def report(self, code: str, element: Element, message: str, mend: str = "") -> str:
+    def report(self, code: str, element: XmlElement, message: str, mend: str = "") -> str:
         """Report, and return the message for a TODO."""
         self.findings.add(code, self.mark(element), message, mend)
         return message + (f"; {mend}" if mend else "")
 
-    def entry(self, name: str, at: Element) -> str:
+    def entry(self, name: str, at: XmlElement) -> str:
         """Return the expression that a blackboard entry is; an unknown one becomes a param."""
         if name in self.fields:
             return self.fields[name]
@@ -85,7 +85,7 @@ class Scope:
             self.params[ours] = {"#": [self.report("X04", at, said, "give the param its type")], "type": "any"}
         return ours
 
-    def value(self, text: str, at: Element) -> Any:
+    def value(self, text: str, at: XmlElement) -> Any:
         """Return a port's text as a value of a task file."""
         pointer = (_POINTER_3 if self.old else _POINTER).fullmatch(text.strip())
         if pointer is not None:
@@ -98,7 +98,7 @@ class Scope:
         found = (_POINTER_3 if self.old else _POINTER).fullmatch(text.strip())
         return found[1].lstrip("@") if found is not None else ""
 
-    def amount(self, element: Element, port: str, kept: str = "", *, type_: str = "duration") -> Any:
+    def amount(self, element: XmlElement, port: str, kept: str = "", *, type_: str = "duration") -> Any:
         """Return a number of BT.CPP's own nodes as a value; durations come in milliseconds."""
         text, factor = element.get(port), 1000 if type_ == "duration" else 1
         said = element.get(f"_formiga_{kept}") if kept else ""
@@ -115,10 +115,10 @@ class Scope:
 
     def unchanged(self, said: str, code: str) -> bool:
         """Return whether a script still is what it was made from."""
-        names = Names(any_field=True)
+        names = ScriptNames(any_field=True)
         return any(to_script(said, names, {"result": r} if r else None) == code for r in ("", self.saved, "result"))
 
-    def expression(self, code: str, at: Element, kept: str = "") -> str | None:
+    def expression(self, code: str, at: XmlElement, kept: str = "") -> str | None:
         """Return a script that is one value as an expression, or None with a finding."""
         said = at.get(f"_formiga_{kept}") if kept else ""
         if said and self.unchanged(said, code):
@@ -133,7 +133,7 @@ class Scope:
             return None
         return found[0].value
 
-    def assignments(self, element: Element) -> list[tuple[str, Any]]:
+    def assignments(self, element: XmlElement) -> list[tuple[str, Any]]:
         """Return what a `Script`, `Evaluate` or `SetBlackboard` assigns: names and values of ours."""
         if element.tag == "Evaluate":
             return [(clean(self.pointer(element.get("value")) or "value"), unfold(element.get("text")))]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.bridges.scripts import Names, number
+from formiga_bt.bridges.scripts import ScriptNames, number
 from formiga_bt.bridges.yaml_text import flow
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
@@ -40,7 +40,7 @@ class Texts:
             return expr.source
         return "${" + expr.source + "}"
 
-    def port(self, expr: Expr, names: Names) -> str:
+    def port(self, expr: Expr, names: ScriptNames) -> str:
         """Return a value as a port has it: `{target}` for a name, else like `value`; "" = it cannot be written."""
         text = self.value(expr)
         if text.startswith("${") and text.endswith("}") and text.count("${") == 1:
@@ -52,13 +52,13 @@ class Texts:
             return "${'" + text + "'}" if "'" not in text else ""
         return text
 
-    def number_port(self, expr: Expr, names: Names) -> str:
+    def number_port(self, expr: Expr, names: ScriptNames) -> str:
         """Return a value as an entry of the blackboard has it: numbers in SI units, else like `port`."""
         if self.is_literal(expr) and expr.type.name in QUANTITIES:
             return number(float(expr.const))
         return self.port(expr, names)
 
-    def entry(self, source: str, names: Names) -> str:
+    def entry(self, source: str, names: ScriptNames) -> str:
         """Return the blackboard entry that an expression is, or ""."""
         source = source.strip()
         if _NAME.fullmatch(source):

@@ -17,7 +17,7 @@ _PLAIN: Final = re.compile(r"[^\s\-?:,\[\]{}#&*!|>'\"%@`][^\x00-\x1f\x7f]*")
 _FLOW_ODD: Final = re.compile(r"[,\[\]{}]")
 
 
-class Flow(dict[str, Any]):
+class FlowMapping(dict[str, Any]):
     """A mapping that is written in flow style."""
 
 
@@ -53,7 +53,7 @@ def _mapping(value: dict[str, Any], pad: str, lines: list[str]) -> None:
 
 def _pair(key: str, item: Any, pad: str, lines: list[str]) -> None:
     head = f"{pad}{_quoted(key[:LONGEST_KEY])}:"
-    if isinstance(item, dict) and not isinstance(item, Flow) and [k for k in item if k != TODO]:
+    if isinstance(item, dict) and not isinstance(item, FlowMapping) and [k for k in item if k != TODO]:
         lines.append(head)
         _mapping(item, pad + "  ", lines)
     elif isinstance(item, dict):
@@ -70,7 +70,7 @@ def _pair(key: str, item: Any, pad: str, lines: list[str]) -> None:
 
 def _item(value: Any, pad: str, lines: list[str]) -> None:
     _comments(value, pad, lines)
-    if isinstance(value, Flow) or not isinstance(value, dict):
+    if isinstance(value, FlowMapping) or not isinstance(value, dict):
         lines.append(f"{pad}- {flow(value)}")
         return
     inner: list[str] = []

@@ -52,7 +52,7 @@ class ApiError(FormigaError):
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class ServerSentEvent:
     """A server-sent event, or (type "") a sign of life."""
 
     type: str
@@ -109,7 +109,7 @@ class Client:
         """Return what a POST answers; `key` is its Idempotency-Key."""
         return self._call("POST", path, {}, body, {**(headers or {}), **({"Idempotency-Key": key} if key else {})})
 
-    def events(self, after: str = "", task: str = "") -> Iterator[Event]:
+    def events(self, after: str = "", task: str = "") -> Iterator[ServerSentEvent]:
         """Yield what happens, and signs of life in between; ends with the engine."""
         query = {"after": after, "task": task}
         with self._answer("GET", "/v1/events", query) as answer:
@@ -118,14 +118,14 @@ class Client:
                 text = line.decode("utf-8").rstrip("\r\n")
                 name, _, value = text.partition(":")
                 if not text and kind:
-                    yield Event(kind, visible(json.loads(data)))
+                    yield ServerSentEvent(kind, visible(json.loads(data)))
                     kind, data = "", ""
                 elif name == "event":
                     kind = value.strip()
                 elif name == "data":
                     data = value.strip()
                 elif not name and value == "":
-                    yield Event("", {})
+                    yield ServerSentEvent("", {})
 
     def _call(
         self, method: str, path: str, query: Mapping[str, Any], body: Any = None, more: Mapping[str, str] | None = None

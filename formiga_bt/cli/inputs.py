@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class CheckWorld:
     """What task files are checked against, and what is wrong with it."""
 
     catalogue: "Catalogue"
@@ -29,7 +29,7 @@ class World:
 
 
 @dataclass(frozen=True, slots=True)
-class Read:
+class ReadFile:
     """One task file as read: `task` is None when it has errors, or when it is a library of subtrees."""
 
     path: Path
@@ -39,7 +39,7 @@ class Read:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundFiles:
     """The task files that paths mean, and the YAML files of folders that were passed over."""
 
     tasks: list[Path]
@@ -69,7 +69,7 @@ def task_files(paths: Iterable[Path]) -> list[Path]:
     return find_tasks(paths).tasks
 
 
-def find_tasks(paths: Iterable[Path], *, may_be_empty: bool = False) -> Found:
+def find_tasks(paths: Iterable[Path], *, may_be_empty: bool = False) -> FoundFiles:
     """Return the files, with each folder replaced by the task files below it.
 
     In a folder, what is no task is passed over: libraries of subtrees (they are checked where they are imported), sites,
@@ -91,11 +91,11 @@ def find_tasks(paths: Iterable[Path], *, may_be_empty: bool = False) -> Found:
         )
         tasks = [p for p in below if _is_task(p)]
         if not tasks and not may_be_empty:
-            left = Found([], below).note
+            left = FoundFiles([], below).note
             raise UnusableFile(f"no task file (*.yaml, *.yml) below {path}" + (f"; {left}" if left else ""))
         found += tasks
         others += [p for p in below if p not in tasks]
-    return Found(list(dict.fromkeys(found)), list(dict.fromkeys(others)))
+    return FoundFiles(list(dict.fromkeys(found)), list(dict.fromkeys(others)))
 
 
 def _is_task(path: Path) -> bool:
@@ -131,7 +131,7 @@ def _no_pipe(path: Path) -> None:
         raise UnusableFile(f"cannot read {path}: it is no regular file")
 
 
-def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> World:
+def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> CheckWorld:
     """Read the catalogue (default: the one that ships with formiga_bt) and the site, if any.
 
     A site called `demo` where there is no such file is the demo site that ships.
@@ -146,9 +146,9 @@ def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> World:
         raise UnusableFile("this installation has no action catalogue; name yours with --actions FILE")
     catalogue, diagnostics, sources = load_catalogue(files)
     if site is None:
-        return World(catalogue, None, tuple(diagnostics), dict(sources))
+        return CheckWorld(catalogue, None, tuple(diagnostics), dict(sources))
     the_site, more, site_sources = load_site(readable(site_file(site)), catalogue)
-    return World(catalogue, the_site, (*diagnostics, *more), {**sources, **site_sources})
+    return CheckWorld(catalogue, the_site, (*diagnostics, *more), {**sources, **site_sources})
 
 
 def is_demo(site: Path) -> bool:
@@ -176,13 +176,13 @@ def shipped_tasks() -> dict[str, Path]:
     return {name: path for path in paths for name in names_in(path.read_text(encoding="utf-8"))}
 
 
-def read_task(path: Path, world: World) -> Read:
+def read_task(path: Path, world: CheckWorld) -> ReadFile:
     """Read and check one task file against `world`."""
     from formiga_bt.lang.loader import load_task
 
     _no_pipe(path)
     loaded = load_task(path, catalogue=world.catalogue, site=world.site)
-    return Read(path, loaded.task, tuple(in_order(loaded.diagnostics)), loaded.sources)
+    return ReadFile(path, loaded.task, tuple(in_order(loaded.diagnostics)), loaded.sources)
 
 
 def rendered(diagnostics: Iterable[Diagnostic], sources: Mapping[str, str] | None = None) -> list[str]:

@@ -23,7 +23,7 @@ BODY_LIMIT: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Bundle:
+class TaskFiles:
     """A task file and what it imports, besides what ships with formiga_bt."""
 
     file: str
@@ -68,7 +68,7 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
     return answer
 
 
-def _send(client: Client, bundle: Bundle, body: dict[str, Any]) -> Any:
+def _send(client: Client, bundle: TaskFiles, body: dict[str, Any]) -> Any:
     try:
         return client.post("/v1/library", body)
     except ApiError as error:
@@ -91,7 +91,7 @@ def site_root(client: Client, site: Path | None) -> Path:
     return (site.parent if site is not None else Path()).resolve()
 
 
-def bundles_of(path: Path, root: Path) -> list[Bundle]:
+def bundles_of(path: Path, root: Path) -> list[TaskFiles]:
     """Return what to send for a task file: first the tasks that it requests, then itself.
 
     Raises:
@@ -102,7 +102,7 @@ def bundles_of(path: Path, root: Path) -> list[Bundle]:
     return list(_bundles(readable(path).resolve(), root, set(), known_below(root)))
 
 
-def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterator[Bundle]:
+def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterator[TaskFiles]:
     from formiga_bt.cli.inputs import read_world
     from formiga_bt.lang.loader import load_task
     from formiga_bt.services.kept.drafted import who_drafted
@@ -118,7 +118,7 @@ def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterato
     own = {name: text for name, text in loaded.sources.items() if Path(name).is_absolute()}
     own = {name: text for name, text in own.items() if name == str(file) or not _ships(Path(name))}
     wrote = who_drafted(loaded.task, known, own.values()) if loaded.task is not None else None
-    yield Bundle(_below(file, root), {_below(Path(name), root): text for name, text in own.items()}, wrote)
+    yield TaskFiles(_below(file, root), {_below(Path(name), root): text for name, text in own.items()}, wrote)
 
 
 def _ships(path: Path) -> bool:

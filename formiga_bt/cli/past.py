@@ -21,7 +21,7 @@ from formiga_bt.cli.calling import NoEngine
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
     from formiga_bt.show.replay.source import JournalSource
-    from formiga_bt.show.replay.when import Times
+    from formiga_bt.show.replay.when import MomentWords
     from formiga_bt.show.source import Source
 
 JournalOption = Annotated[
@@ -36,7 +36,7 @@ AtOption = Annotated[
 ]
 
 
-class Place(NamedTuple):
+class JournalAddress(NamedTuple):
     """Which journal, of which site."""
 
     where: str
@@ -126,10 +126,10 @@ def moment_of(machine: "TimeMachine", text: str, *, or_first: bool = False) -> i
     return moment(text, _times(machine), or_first=or_first)
 
 
-def _times(machine: "TimeMachine") -> "Times":
-    from formiga_bt.show.replay.when import Times
+def _times(machine: "TimeMachine") -> "MomentWords":
+    from formiga_bt.show.replay.when import MomentWords
 
-    return Times(machine.first, machine.last, machine.record, zone())
+    return MomentWords(machine.first, machine.last, machine.record, zone())
 
 
 def zone() -> tzinfo:
@@ -161,7 +161,7 @@ def machine_of(site: Path | None, journal: str = "") -> "TimeMachine":
     return machine_at(place_of(site, journal))
 
 
-def machine_at(place: Place) -> "TimeMachine":
+def machine_at(place: JournalAddress) -> "TimeMachine":
     """Return the time machine on a journal; it lets that go when nobody has it any more, or the process ends."""
     from formiga_bt.show.replay.machine import TimeMachine
 
@@ -172,14 +172,14 @@ def machine_at(place: Place) -> "TimeMachine":
     return machine
 
 
-def place_of(site: Path | None, journal: str = "") -> Place:
+def place_of(site: Path | None, journal: str = "") -> JournalAddress:
     """Return which journal is meant.
 
     Raises:
         FormigaError: there is none, or there are several.
     """
     if journal:
-        return Place(journal, _site_in(journal, site))
+        return JournalAddress(journal, _site_in(journal, site))
     found = journals(site)
     if len(found) == 1:
         return found[0]
@@ -192,7 +192,7 @@ def place_of(site: Path | None, journal: str = "") -> Place:
     )
 
 
-def journals(site: Path | None) -> list[Place]:
+def journals(site: Path | None) -> list[JournalAddress]:
     """Return the journals of a folder's sites, as `calling.connect` looks for engines."""
     if site is not None:
         beside = (site if site.is_dir() else site.parent).resolve()
@@ -201,7 +201,7 @@ def journals(site: Path | None) -> list[Place]:
         folders = find_folders(Path.cwd())
     named = os.environ.get("FORMIGA_SITE", "")
     return [
-        Place(where, folder.name)
+        JournalAddress(where, folder.name)
         for folder in folders
         if (where := journal_of(folder)) and (not named or folder.name == named)
     ]

@@ -14,7 +14,7 @@ from formiga_bt.base.errors import UnusableFile
 if TYPE_CHECKING:
     from formiga_bt.show.picture import Format
     from formiga_bt.show.source import Source
-    from formiga_bt.show.styled import Text
+    from formiga_bt.show.styled import StyledLine
 
 HERE = Path("-")
 """As the name of a file: the terminal."""
@@ -98,14 +98,14 @@ def columns(width: int | None) -> int:
     return width or max(40, shutil.get_terminal_size((100, 24)).columns)
 
 
-def show(lines: "Iterable[Text]") -> None:
+def show(lines: "Iterable[StyledLine]") -> None:
     """Print lines, in colours where stdout takes them."""
     coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     for line in lines:
         typer.echo(line.coloured if coloured else line.plain)
 
 
-def draw(out: Path | None, made: "Callable[[Format], bytes]", drawn: "Callable[[], Iterable[Text]]") -> None:
+def draw(out: Path | None, made: "Callable[[Format], bytes]", drawn: "Callable[[], Iterable[StyledLine]]") -> None:
     """Write a picture to a file, or print it.
 
     Args:

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from formiga_bt.base.units import LIKELY, UNITS
-from formiga_bt.editor.grammar import Names, Steps, Table, kind_of, options_of, step_value
+from formiga_bt.editor.grammar import FreeMapping, OptionMapping, Steps, kind_of, options_of, step_value
 from formiga_bt.editor.phrase import phrase, type_of
 from formiga_bt.editor.project import Document, Project
-from formiga_bt.editor.view import View, look
+from formiga_bt.editor.view import PositionView, look
 from formiga_bt.editor.wording import field_line, param_line, type_words
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.scope import fields_of
 from formiga_bt.lang.expr.typing_rules import fits
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, Kind, Option
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, Option, StepKind
 from formiga_bt.lang.model import AgentType
 from formiga_bt.lang.params import SIMPLE
 from formiga_bt.lang.types import ANY, Type
@@ -66,7 +66,7 @@ def complete(project: Project, document: Document, line: int, col: int) -> list[
 # --- keys ----------------------------------------------------------------------------------------------------------
 
 
-def _keys(view: View) -> Iterator[Item]:
+def _keys(view: PositionView) -> Iterator[Item]:
     at, schema = view.at, view.slot.schema
     inner = at.levels[-1] if at.levels else None
     keys = inner.keys if inner is not None and inner.kind == "map" and at.slot != "item" else {}
@@ -77,12 +77,12 @@ def _keys(view: View) -> Iterator[Item]:
             yield from _step_keys(view, others)
         else:
             yield from _kinds(view, dash=True)
-    elif isinstance(schema, Table):
+    elif isinstance(schema, OptionMapping):
         dash = schema.owner in _LISTED and not _in_item(view) and not at.flow
         for order, option in enumerate(schema.options):
             if option.available and option.name not in others:
                 yield _option(view, option, 1 if option.required else 2 + order / 100, dash=dash)
-    elif isinstance(schema, Names):
+    elif isinstance(schema, FreeMapping):
         yield from _free_keys(view, schema, others)
 
 
@@ -91,13 +91,13 @@ _LISTED: Final = frozenset(
 )
 
 
-def _in_item(view: View) -> bool:
+def _in_item(view: PositionView) -> bool:
     """Return whether the position is in the mapping of a list item, not where its dash belongs."""
     lists = [level for level in view.at.levels if level.kind == "list"]
     return view.at.slot != "item" and len(view.at.levels) > 1 and bool(lists) and view.at.levels[-2].kind == "list"
 
 
-def _step_keys(view: View, others: Mapping[str, str]) -> Iterator[Item]:
+def _step_keys(view: PositionView, others: Mapping[str, str]) -> Iterator[Item]:
     kind = kind_of(others)
     if kind is None:
         yield from _kinds(view, dash=False)
@@ -109,14 +109,14 @@ def _step_keys(view: View, others: Mapping[str, str]) -> Iterator[Item]:
             yield _option(view, option, order)
 
 
-def _kinds(view: View, *, dash: bool) -> Iterator[Item]:
+def _kinds(view: PositionView, *, dash: bool) -> Iterator[Item]:
     for order, kind in enumerate(KINDS.values()):
         if kind.available:
             text = kind.name if view.at.colon else ("- " if dash else "") + _kind_snippet(view, kind, dash=dash)
             yield _key_item(view, kind.name, text, "kind", kind.doc, 1 + order / 100)
 
 
-def _kind_snippet(view: View, kind: Kind, *, dash: bool) -> str:
+def _kind_snippet(view: PositionView, kind: StepKind, *, dash: bool) -> str:
     """Return a step of a kind with what it must have; the lines after the first keep the indentation of the first."""
     needed = [Option(kind.name, kind.form, "", kind.type), *(o for o in kind.options if o.required)]
     if view.at.flow:
@@ -137,7 +137,7 @@ def _rows(option: Option, number: int) -> list[str]:
             return [f"{key}:", f"  ${{{number}:item}}: \\${{${{9:list}}\\}}"]
         case "map" if key == "cases":
             return [f"{key}:", f"  ${{{number}:value}}:", f"    - ${{{number + 1}}}"]
-        case "map" if isinstance(of := step_value([key], key), Names) and isinstance(of.of, Table):
+        case "map" if isinstance(of := step_value([key], key), FreeMapping) and isinstance(of.of, OptionMapping):
             return [f"{key}:", f"  ${{{number}:name}}:", f"    ${{{number + 1}}}"]
         case "map":
             return [f"{key}:", f"  ${{{number}:name}}: ${{9:value}}"]
@@ -150,14 +150,14 @@ def _rows(option: Option, number: int) -> list[str]:
             return [f"{key}: ${{{number}:{_PLACES.get(option.form, 'text')}}}"]
 
 
-def _extra(view: View) -> int:
+def _extra(view: PositionView) -> int:
     """Return by how much the keys stand further in than the line begins: clients indent by the line."""
     line = view.document.lines[view.at.line] if view.at.line < len(view.document.lines) else ""
     indent = len(line) - len(line.lstrip()) if line.strip() else view.at.column
     return max(0, view.at.column - indent)
 
 
-def _option(view: View, option: Option, order: float, *, dash: bool = False) -> Item:
+def _option(view: PositionView, option: Option, order: float, *, dash: bool = False) -> Item:
     key = option.name
     needs = "required" if option.required else type_words(option)
     if view.at.colon:
@@ -167,7 +167,7 @@ def _option(view: View, option: Option, order: float, *, dash: bool = False) -> 
     return _key_item(view, key, text, "option", option.doc, order, needs)
 
 
-def _option_snippet(view: View, option: Option) -> str:
+def _option_snippet(view: PositionView, option: Option) -> str:
     key, pad = option.name, " " * _extra(view)
     if option.values:
         return f"{key}: ${{1|{','.join(option.values)}|}}"
@@ -188,7 +188,7 @@ def _option_snippet(view: View, option: Option) -> str:
     return f"{key}: $0"
 
 
-def _with_snippet(view: View, pad: str) -> str:
+def _with_snippet(view: PositionView, pad: str) -> str:
     action = view.action
     needed = [f.name for f in action.fields.values() if f.default is None and not f.optional] if action else []
     needed += [p.name for p in view.params().values() if p.default is None and not p.optional]
@@ -196,7 +196,7 @@ def _with_snippet(view: View, pad: str) -> str:
     return "with:\n" + "\n".join(rows)
 
 
-def _free_keys(view: View, schema: Names, others: Mapping[str, str]) -> Iterator[Item]:
+def _free_keys(view: PositionView, schema: FreeMapping, others: Mapping[str, str]) -> Iterator[Item]:
     if schema.what == "with":
         action = view.action
         for spec in action.fields.values() if action is not None else ():
@@ -217,11 +217,11 @@ def _free_keys(view: View, schema: Names, others: Mapping[str, str]) -> Iterator
         yield from (_plain_key(view, value, "value") for value in of.values if value not in others)
 
 
-def _plain_key(view: View, key: str, what: What, detail: str = "", doc: str = "", order: float = 2) -> Item:
+def _plain_key(view: PositionView, key: str, what: What, detail: str = "", doc: str = "", order: float = 2) -> Item:
     return _key_item(view, key, key if view.at.colon else f"{key}: $0", what, doc, order, detail)
 
 
-def _key_item(view: View, label: str, text: str, what: What, doc: str, order: float, detail: str = "") -> Item:
+def _key_item(view: PositionView, label: str, text: str, what: What, doc: str, order: float, detail: str = "") -> Item:
     snippet = not view.at.colon
     plain = text if snippet else text.replace("\\$", "$")
     return Item(label, plain, view.at.start, view.at.end, what, detail, doc, snippet, int(order * 100))
@@ -230,7 +230,7 @@ def _key_item(view: View, label: str, text: str, what: What, doc: str, order: fl
 # --- values --------------------------------------------------------------------------------------------------------
 
 
-def _values(view: View) -> Iterator[Item]:
+def _values(view: PositionView) -> Iterator[Item]:
     inside = view.expression()
     if inside is not None:
         yield from _in_expression(view, *inside)
@@ -255,12 +255,14 @@ def _values(view: View) -> Iterator[Item]:
             yield from _plain_values(view)
 
 
-def _words(view: View, words: Iterable[str], what: What = "value", detail: str = "") -> Iterator[Item]:
+def _words(view: PositionView, words: Iterable[str], what: What = "value", detail: str = "") -> Iterator[Item]:
     for word in words:
         yield Item(word, word, view.at.start, view.at.end, what, detail)
 
 
-def _role_and(view: View, after_dot: Callable[[View, list[AgentType], int], Iterator[Item]]) -> Iterator[Item]:
+def _role_and(
+    view: PositionView, after_dot: Callable[[PositionView, list[AgentType], int], Iterator[Item]]
+) -> Iterator[Item]:
     """Propose for `role.Word`: agents before the dot, what their types have after it."""
     text, start = view.at.text, view.at.start
     dot = text.find(".")
@@ -276,19 +278,19 @@ def _role_and(view: View, after_dot: Callable[[View, list[AgentType], int], Iter
     yield from after_dot(view, types, start + dot + 1)
 
 
-def _actions(view: View, types: list[AgentType], start: int) -> Iterator[Item]:
+def _actions(view: PositionView, types: list[AgentType], start: int) -> Iterator[Item]:
     for spec in view.catalogue.actions.values():
         if not spec.cuts and all(spec.name in one.actions for one in types):
             yield Item(spec.name, spec.name, start, view.at.end, "action", f"({', '.join(spec.fields)})", spec.help)
 
 
-def _events(view: View, types: list[AgentType], start: int) -> Iterator[Item]:
+def _events(view: PositionView, types: list[AgentType], start: int) -> Iterator[Item]:
     for name in dict.fromkeys(name for one in types or view.catalogue.types.values() for name in one.events):
         if all(name in one.events for one in types):
             yield Item(name, name, start, view.at.end, "action", "event")
 
 
-def _agents(view: View, *, site_roles: bool) -> Iterator[Item]:
+def _agents(view: PositionView, *, site_roles: bool) -> Iterator[Item]:
     for name, of in view.scope.names.items():
         if of.name == "agent" or (of.item is not None and of.item.name == "agent"):
             yield Item(name, name, view.at.start, view.at.end, "name", str(of))
@@ -298,7 +300,7 @@ def _agents(view: View, *, site_roles: bool) -> Iterator[Item]:
         )
 
 
-def _named(view: View, option: Option | None) -> Iterator[Item]:
+def _named(view: PositionView, option: Option | None) -> Iterator[Item]:
     """Propose for an option that names something that is defined elsewhere."""
     name = option.name if option is not None else ""
     start, end = view.at.start, view.at.end
@@ -332,7 +334,7 @@ def _named(view: View, option: Option | None) -> Iterator[Item]:
             yield from _words(view, view.site.ports, "value", "port")
 
 
-def _plain_values(view: View) -> Iterator[Item]:
+def _plain_values(view: PositionView) -> Iterator[Item]:
     """Propose literals of the type that is due, names that fit as `${name}`, and places of the site."""
     due = view.due()
     unit = list(_units_after(view, due))
@@ -355,7 +357,7 @@ def _plain_values(view: View) -> Iterator[Item]:
             yield Item(name, f"{quote}${{{name}}}{quote}", start, end, "name", str(of))
 
 
-def _units_after(view: View, due: Type | None) -> Iterator[Item]:
+def _units_after(view: PositionView, due: Type | None) -> Iterator[Item]:
     found = re.fullmatch(r"\s*[-+]?\d+(?:\.\d+)?(\s*)([a-z/%]*)", view.at.text[: view.at.offset])
     if found is None:
         return
@@ -369,7 +371,7 @@ def _units_after(view: View, due: Type | None) -> Iterator[Item]:
 # --- expressions ---------------------------------------------------------------------------------------------------
 
 
-def _in_expression(view: View, text: str, offset: int, column: int) -> Iterator[Item]:
+def _in_expression(view: PositionView, text: str, offset: int, column: int) -> Iterator[Item]:
     at = phrase(text, offset)
     start = column + at.start
     end = column + offset + len(re.match(r"\w*", text[offset:])[0])  # type: ignore[index]
@@ -390,7 +392,7 @@ def _in_expression(view: View, text: str, offset: int, column: int) -> Iterator[
             yield from _names(view, start, end)
 
 
-def _names(view: View, start: int, end: int) -> Iterator[Item]:
+def _names(view: PositionView, start: int, end: int) -> Iterator[Item]:
     scope = view.scope
     for name in scope.visible():
         own = name in scope.names

@@ -27,7 +27,7 @@ class FlowLevel:
 
 
 @dataclass(frozen=True, slots=True)
-class Flow:
+class FlowPosition:
     """What is at a position of a flow collection."""
 
     levels: tuple[FlowLevel, ...]
@@ -41,10 +41,10 @@ class Flow:
     """The collection has ended before the position."""
 
 
-def read_flow(text: str, offset: int) -> Flow | None:
+def read_flow(text: str, offset: int) -> FlowPosition | None:
     """Return what is at `offset` of a text that begins with '{' or '['; None where that is no place for anything."""
     stack: list[FlowLevel] = []
-    found: Flow | None = None
+    found: FlowPosition | None = None
     pending = False
     for match in _TOKEN.finditer(text):
         kind, word = match.lastgroup, match[0]
@@ -60,20 +60,20 @@ def read_flow(text: str, offset: int) -> Flow | None:
         _take(stack, kind or "", word)
         if not stack:
             if found is None and match.end() <= offset:
-                return Flow((), "value", "", offset, False, False, True)
+                return FlowPosition((), "value", "", offset, False, False, True)
             break
     if found is None:
         found = _found(stack, None, offset, within=False)
     return found
 
 
-def _with_colon(found: Flow | None, word: str) -> Flow | None:
+def _with_colon(found: FlowPosition | None, word: str) -> FlowPosition | None:
     if found is None:
         return None
-    return Flow(found.levels, found.slot, found.text, found.start, word == ":", found.quoted, found.closed)
+    return FlowPosition(found.levels, found.slot, found.text, found.start, word == ":", found.quoted, found.closed)
 
 
-def _found(stack: list[FlowLevel], match: re.Match[str] | None, offset: int, *, within: bool) -> Flow:
+def _found(stack: list[FlowLevel], match: re.Match[str] | None, offset: int, *, within: bool) -> FlowPosition:
     word, start, quoted = "", offset, False
     if within and match is not None:
         word, start, quoted = match[0], match.start(), match.lastgroup == "quoted"
@@ -87,7 +87,7 @@ def _found(stack: list[FlowLevel], match: re.Match[str] | None, offset: int, *, 
     if is_key:
         inner.under = word
     levels = tuple(stack)
-    return Flow(levels, "key" if is_key else "value", word, start, False, quoted, not stack)
+    return FlowPosition(levels, "key" if is_key else "value", word, start, False, quoted, not stack)
 
 
 def _take(stack: list[FlowLevel], kind: str, word: str) -> None:

@@ -13,7 +13,7 @@ from typing import Final, Literal
 from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION, FIELD
 from formiga_bt.lang.catalogue import FILE, TYPE
-from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Kind, Option
+from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Option, StepKind
 from formiga_bt.lang.scenario import options as scenario
 from formiga_bt.rehearsal.cases import options as tests
 
@@ -21,7 +21,7 @@ FileKind = Literal["task", "library", "site", "catalogue", "scenario", "test"]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class OptionMapping:
     """A mapping with known keys, or a list of such mappings."""
 
     owner: str
@@ -29,7 +29,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class FreeMapping:
     """A mapping with free keys; `what` says whose, `of` what stands behind each."""
 
     what: str
@@ -42,14 +42,14 @@ class Steps:
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class OptionValue:
     """A value: that of an option, or one behind a free name of `names`."""
 
     option: Option | None = None
     names: str = ""
 
 
-Schema = Table | Names | Steps | Value
+Schema = OptionMapping | FreeMapping | Steps | OptionValue
 
 
 @dataclass(slots=True)
@@ -69,18 +69,18 @@ class Slot:
     """The free names (of a param, an agent type, ...) on the way, outermost first."""
 
     @property
-    def kind(self) -> Kind | None:
+    def kind(self) -> StepKind | None:
         """Return the kind of the nearest step around."""
         return kind_of(self.step)
 
 
-_VARS: Final = Names("vars", Value(names="vars"))
-_PARAMS: Final = Names("params", Table("param", PARAM))
-_ROLES: Final = Names("agents", Table("role", ROLE))
-_SUBTREES: Final = Names("subtrees", Table("subtree", SUBTREE))
-_PLACE: Final = Value(Option("place", "value", "", type="place"))
+_VARS: Final = FreeMapping("vars", OptionValue(names="vars"))
+_PARAMS: Final = FreeMapping("params", OptionMapping("param", PARAM))
+_ROLES: Final = FreeMapping("agents", OptionMapping("role", ROLE))
+_SUBTREES: Final = FreeMapping("subtrees", OptionMapping("subtree", SUBTREE))
+_PLACE: Final = OptionValue(Option("place", "value", "", type="place"))
 _TYPE: Final = Option("type", "name", "The type.")
-_LIST_TYPE: Final = Table("list type", (Option("list", "name", "The type of its items: the value is a list."),))
+_LIST_TYPE: Final = OptionMapping("list type", (Option("list", "name", "The type of its items: the value is a list."),))
 """What may stand in place of a type's name: `{list: place}`."""
 
 _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
@@ -91,56 +91,58 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("task", "subtrees"): _SUBTREES,
         ("library", "subtrees"): _SUBTREES,
         ("subtree", "params"): _PARAMS,
-        ("catalogue", "types"): Names("types", Table("type", TYPE)),
-        ("catalogue", "actions"): Names("actions", Table("action", ACTION)),
+        ("catalogue", "types"): FreeMapping("types", OptionMapping("type", TYPE)),
+        ("catalogue", "actions"): FreeMapping("actions", OptionMapping("action", ACTION)),
         ("param", "type"): _LIST_TYPE,
         ("field", "type"): _LIST_TYPE,
-        ("action", "fields"): Names("fields", Table("field", FIELD)),
-        ("action", "result"): Names("fields", Table("field", FIELD)),
-        ("site", "base"): Table("base", site.BASE),
-        ("site", "ports"): Names("ports", Table("port", site.PORT)),
-        ("site", "places"): Names("places", _PLACE),
-        ("site", "terrain"): Table("terrain", site.TERRAIN),
-        ("site", "pilots"): Table("pilot", site.PILOT),
-        ("site", "agents"): Names("site agents", Table("site agent", site.AGENT)),
+        ("action", "fields"): FreeMapping("fields", OptionMapping("field", FIELD)),
+        ("action", "result"): FreeMapping("fields", OptionMapping("field", FIELD)),
+        ("site", "base"): OptionMapping("base", site.BASE),
+        ("site", "ports"): FreeMapping("ports", OptionMapping("port", site.PORT)),
+        ("site", "places"): FreeMapping("places", _PLACE),
+        ("site", "terrain"): OptionMapping("terrain", site.TERRAIN),
+        ("site", "pilots"): OptionMapping("pilot", site.PILOT),
+        ("site", "agents"): FreeMapping("site agents", OptionMapping("site agent", site.AGENT)),
         ("port", "at"): _PLACE,
         ("port", "waiting"): _PLACE,
-        ("scenario", "agents"): Table("scenario agent", scenario.AGENT),
-        ("scenario", "tasks"): Table("scenario task", scenario.TASK),
-        ("scenario", "faults"): Table("fault", scenario.FAULT),
-        ("scenario", "orders"): Table("order", scenario.ORDER),
-        ("scenario", "wind"): Table("wind", scenario.WIND),
-        ("scenario agent", "person"): Table("person", scenario.PERSON),
-        ("person", "answers"): Table("answer", scenario.ANSWER),
-        ("test", "cases"): Table("case", tests.CASE),
-        ("case", "agents"): Names("case agents", Table("case agent", tests.AGENT)),
-        ("case", "answers"): Table("answer or goal", tuple({o.name: o for o in (*tests.GOAL, *tests.ANSWER)}.values())),
-        ("case", "faults"): Table("fault", scenario.FAULT),
-        ("case", "orders"): Table("order", scenario.ORDER),
-        ("case", "expect"): Table("expect", tests.EXPECT),
+        ("scenario", "agents"): OptionMapping("scenario agent", scenario.AGENT),
+        ("scenario", "tasks"): OptionMapping("scenario task", scenario.TASK),
+        ("scenario", "faults"): OptionMapping("fault", scenario.FAULT),
+        ("scenario", "orders"): OptionMapping("order", scenario.ORDER),
+        ("scenario", "wind"): OptionMapping("wind", scenario.WIND),
+        ("scenario agent", "person"): OptionMapping("person", scenario.PERSON),
+        ("person", "answers"): OptionMapping("answer", scenario.ANSWER),
+        ("test", "cases"): OptionMapping("case", tests.CASE),
+        ("case", "agents"): FreeMapping("case agents", OptionMapping("case agent", tests.AGENT)),
+        ("case", "answers"): OptionMapping(
+            "answer or goal", tuple({o.name: o for o in (*tests.GOAL, *tests.ANSWER)}.values())
+        ),
+        ("case", "faults"): OptionMapping("fault", scenario.FAULT),
+        ("case", "orders"): OptionMapping("order", scenario.ORDER),
+        ("case", "expect"): OptionMapping("expect", tests.EXPECT),
     }
 )
 """What the maps and lists of a table hold, where the table itself does not say it."""
 
 _MAPS: Final[Mapping[str, Schema]] = MappingProxyType(
     {
-        "with": Names("with", Value(names="with")),
-        "set": Names("set", Value(names="set")),
-        "for": Names("for", Value(names="for")),
-        "cases": Names("cases", Steps()),
+        "with": FreeMapping("with", OptionValue(names="with")),
+        "set": FreeMapping("set", OptionValue(names="set")),
+        "for": FreeMapping("for", OptionValue(names="for")),
+        "cases": FreeMapping("cases", Steps()),
         "with_agents": _ROLES,
     }
 )
 """The maps of steps."""
 
-ROOTS: Final[Mapping[FileKind, Table]] = MappingProxyType(
+ROOTS: Final[Mapping[FileKind, OptionMapping]] = MappingProxyType(
     {
-        "task": Table("task", TASK),
-        "library": Table("library", LIBRARY),
-        "site": Table("site", site.SITE),
-        "catalogue": Table("catalogue", FILE),
-        "scenario": Table("scenario", scenario.SCENARIO),
-        "test": Table("test", tests.FILE),
+        "task": OptionMapping("task", TASK),
+        "library": OptionMapping("library", LIBRARY),
+        "site": OptionMapping("site", site.SITE),
+        "catalogue": OptionMapping("catalogue", FILE),
+        "scenario": OptionMapping("scenario", scenario.SCENARIO),
+        "test": OptionMapping("test", tests.FILE),
     }
 )
 
@@ -171,7 +173,7 @@ def _root_keys(lines: Sequence[str]) -> set[str]:
     return {line.split(":", 1)[0].rstrip() for line in lines if line[:1].isalpha() and ":" in line}
 
 
-def kind_of(keys: Mapping[str, str] | Sequence[str]) -> Kind | None:
+def kind_of(keys: Mapping[str, str] | Sequence[str]) -> StepKind | None:
     """Return the kind of a step with these keys, as the checker finds it."""
     present = [key for key in keys if key in KINDS]
     options = {option.name for key in present for option in KINDS[key].options}
@@ -179,7 +181,7 @@ def kind_of(keys: Mapping[str, str] | Sequence[str]) -> Kind | None:
     return KINDS[kinds[0]] if kinds else None
 
 
-def options_of(kind: Kind | None) -> tuple[Option, ...]:
+def options_of(kind: StepKind | None) -> tuple[Option, ...]:
     """Return what a step of a kind may hold, its own key first; of an unknown kind only the modifiers."""
     if kind is None:
         return MODIFIERS
@@ -210,36 +212,36 @@ def _of_option(owner: str, option: Option | None) -> Schema | None:
     if option.form == "steps":
         return Steps()
     if option.form == "options":
-        return Table(option.name, option.keys)
+        return OptionMapping(option.name, option.keys)
     if option.form == "map" and owner == "step":
-        return _MAPS.get(option.name, Names(option.name))
-    return Value(option)
+        return _MAPS.get(option.name, FreeMapping(option.name))
+    return OptionValue(option)
 
 
-def table_value(table: Table, key: str) -> Schema | None:
+def table_value(table: OptionMapping, key: str) -> Schema | None:
     """Return what stands behind a key of a table."""
     return _of_option(table.owner, next((one for one in table.options if one.name == key), None))
 
 
 def scalar_behind(schema: Schema | None) -> Schema | None:
     """Return what a scalar is that stands where a mapping may: a param in its short form is its type."""
-    if isinstance(schema, Table) and schema.owner in ("param", "field"):
-        return Value(next(option for option in schema.options if option.name == "type"))
+    if isinstance(schema, OptionMapping) and schema.owner in ("param", "field"):
+        return OptionValue(next(option for option in schema.options if option.name == "type"))
     if schema is _LIST_TYPE:
-        return Value(_TYPE)
+        return OptionValue(_TYPE)
     return schema
 
 
-class Walk:
+class GrammarWalk:
     """Leads from the root of a file inwards, a level at a time. Used for positions and for whole documents."""
 
     def __init__(self, kind: FileKind) -> None:
         self.slot = Slot(ROOTS[kind])
         self._is_step = False
 
-    def fork(self) -> "Walk":
+    def fork(self) -> "GrammarWalk":
         """Return a walk that goes on from here by itself."""
-        other = Walk.__new__(Walk)
+        other = GrammarWalk.__new__(GrammarWalk)
         other.slot, other._is_step = self.slot, self._is_step
         return other
 
@@ -253,8 +255,8 @@ class Walk:
         """Enter a mapping with these keys."""
         was = self.slot
         schema, step = was.schema, keys if self._is_step else was.step
-        if isinstance(schema, Value) and schema.option is not None and schema.option.keys:
-            schema = Table(schema.option.name, schema.option.keys)
+        if isinstance(schema, OptionValue) and schema.option is not None and schema.option.keys:
+            schema = OptionMapping(schema.option.name, schema.option.keys)
         self.slot = Slot(schema, step, was.body, was.section, False, was.names)
 
     @property
@@ -268,9 +270,9 @@ class Walk:
         inner: Schema | None = None
         if self._is_step:
             inner = step_value(self.slot.step, key)
-        elif isinstance(schema, Table):
+        elif isinstance(schema, OptionMapping):
             inner = table_value(schema, key)
-        elif isinstance(schema, Names):
+        elif isinstance(schema, FreeMapping):
             inner = schema.of
             names = (*names, key)
             body = key if schema.what == "subtrees" else body

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
-from formiga_bt.editor.grammar import Names, Table, options_of
+from formiga_bt.editor.grammar import FreeMapping, OptionMapping, options_of
 from formiga_bt.editor.phrase import open_call, type_of, word_at
 from formiga_bt.editor.project import Document, Project
-from formiga_bt.editor.view import View, look
+from formiga_bt.editor.view import PositionView, look
 from formiga_bt.editor.wording import (
     about_action,
     about_helper,
@@ -67,7 +67,7 @@ def hover(project: Project, document: Document, line: int, col: int) -> Hover | 
 # --- keys ----------------------------------------------------------------------------------------------------------
 
 
-def _about_key(view: View) -> str:
+def _about_key(view: PositionView) -> str:
     schema, word = view.slot.schema, view.at.text
     if view.at.levels and view.at.levels[-1].kind == "map" and _is_step(view):
         if word in KINDS and (view.slot.kind is None or view.slot.kind.name == word):
@@ -75,17 +75,21 @@ def _about_key(view: View) -> str:
         kind = view.slot.kind
         option = next((one for one in options_of(kind) if one.name == word), None)
         return about_option(option, f"of `{kind.name}`" if kind is not None else "of any step") if option else ""
-    if isinstance(schema, Table):
+    if isinstance(schema, OptionMapping):
         option = next((one for one in schema.options if one.name == word), None)
         return about_option(option, f"of a {schema.owner}") if option is not None else ""
-    return _about_free_key(view, schema) if isinstance(schema, Names) else ""
+    return _about_free_key(view, schema) if isinstance(schema, FreeMapping) else ""
 
 
-def _is_step(view: View) -> bool:
-    return len(view.at.levels) > 1 and view.at.levels[-2].kind == "list" and not isinstance(view.slot.schema, Table)
+def _is_step(view: PositionView) -> bool:
+    return (
+        len(view.at.levels) > 1
+        and view.at.levels[-2].kind == "list"
+        and not isinstance(view.slot.schema, OptionMapping)
+    )
 
 
-def _about_free_key(view: View, schema: Names) -> str:
+def _about_free_key(view: PositionView, schema: FreeMapping) -> str:
     word = view.at.text
     if schema.what == "with":
         if view.action is not None and word in view.action.fields:
@@ -106,7 +110,7 @@ def _about_free_key(view: View, schema: Names) -> str:
 # --- values --------------------------------------------------------------------------------------------------------
 
 
-def _about_value(view: View) -> str:
+def _about_value(view: PositionView) -> str:
     word, option = view.at.text.strip(), view.option
     name = option.name if option is not None else ""
     if option is not None and option.form == "action":
@@ -137,7 +141,7 @@ def _about_value(view: View) -> str:
     return f"**{name}**: {typed(due)}\n\n{option.doc}" if due is not None and option is not None else ""
 
 
-def _about_name(view: View, name: str) -> str:
+def _about_name(view: PositionView, name: str) -> str:
     """Return what a name is: its type and unit, as what it was defined, and the help of a param."""
     index = view.document.last_known()
     defined = index.definition((view.slot.body, name))
@@ -151,7 +155,7 @@ def _about_name(view: View, name: str) -> str:
     return f"**{name}**: {typed(of) if of is not None else 'any'}" + (f"\n\n*{said}*" if said else "") + unsure
 
 
-def _in_expression(view: View, text: str, offset: int, column: int) -> Hover | None:
+def _in_expression(view: PositionView, text: str, offset: int, column: int) -> Hover | None:
     found = word_at(text, offset)
     if found is None:
         return _about_quantity(text, offset, column)

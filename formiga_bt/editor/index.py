@@ -11,7 +11,16 @@ from functools import lru_cache
 from typing import Final, Literal
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.editor.grammar import FileKind, Names, Slot, Steps, Value, Walk, kind_of, scalar_behind
+from formiga_bt.editor.grammar import (
+    FileKind,
+    FreeMapping,
+    GrammarWalk,
+    OptionValue,
+    Slot,
+    Steps,
+    kind_of,
+    scalar_behind,
+)
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.tokens import Token, rough_tokens
 from formiga_bt.lang.kinds import Option
@@ -58,7 +67,7 @@ class Symbol:
 
 
 @dataclass(slots=True)
-class Index:
+class FileIndex:
     """The names of one version of a file, and its outline."""
 
     occurrences: list[Occurrence] = field(default_factory=list)
@@ -87,7 +96,7 @@ class Index:
         return {e.key.text: e for e in entry.value.entries} if entry and isinstance(entry.value, Mapping_) else {}
 
 
-def build(root: Node | None, lines: Sequence[str], kind: FileKind) -> Index:
+def build(root: Node | None, lines: Sequence[str], kind: FileKind) -> FileIndex:
     """Return the index of a document.
 
     Args:
@@ -95,9 +104,9 @@ def build(root: Node | None, lines: Sequence[str], kind: FileKind) -> Index:
         lines: of the very text that the nodes were read from.
         kind: what the file is.
     """
-    index = Index([], root, kind)
+    index = FileIndex([], root, kind)
     if root is not None:
-        _Reader(index, lines).node(root, Walk(kind), at_root=True)
+        _Reader(index, lines).node(root, GrammarWalk(kind), at_root=True)
     return index
 
 
@@ -117,11 +126,11 @@ def named_tokens(text: str) -> tuple[Token, ...]:
 class _Reader:
     """Walks a document and notes its names."""
 
-    def __init__(self, index: Index, lines: Sequence[str]) -> None:
+    def __init__(self, index: FileIndex, lines: Sequence[str]) -> None:
         self.index = index
         self.lines = lines
 
-    def node(self, node: Node, walk: Walk, *, at_root: bool = False) -> None:
+    def node(self, node: Node, walk: GrammarWalk, *, at_root: bool = False) -> None:
         if isinstance(node, Listing):
             walk.into_list()
             for item in node.items:
@@ -138,9 +147,9 @@ class _Reader:
 
     # --- keys ---------------------------------------------------------------------------------------------------
 
-    def key(self, entry: Entry, walk: Walk) -> None:
+    def key(self, entry: Entry, walk: GrammarWalk) -> None:
         schema, slot = walk.slot.schema, walk.slot
-        if walk.is_step or not isinstance(schema, Names):
+        if walk.is_step or not isinstance(schema, FreeMapping):
             return
         if schema.what in _ORIGINS:
             self.note(slot.body, entry.key, _ORIGINS[schema.what])
@@ -163,7 +172,7 @@ class _Reader:
 
     def scalar(self, at: Scalar, slot: Slot) -> None:
         schema = scalar_behind(slot.schema)
-        option = schema.option if isinstance(schema, Value) else None
+        option = schema.option if isinstance(schema, OptionValue) else None
         if option is None:
             self.texts(at, slot, whole=False)
             return
@@ -238,7 +247,7 @@ class _Outline:
             return ()
         found = []
         for entry in node.entries:
-            walk = Walk(self.kind)
+            walk = GrammarWalk(self.kind)
             walk.into_map({})
             walk.behind(entry.key.text, at_root=True)
             text = entry.value.text if isinstance(entry.value, Scalar) else ""
@@ -253,15 +262,15 @@ class _Outline:
         last = max((key.end_line, key.end_col), (value.end_line, value.end_col))
         return Symbol(entry.key.text, detail, what, Mark(key.file, key.line, key.col, *last), key, children)
 
-    def _inside(self, node: Node, walk: Walk) -> tuple[Symbol, ...]:
+    def _inside(self, node: Node, walk: GrammarWalk) -> tuple[Symbol, ...]:
         schema = walk.slot.schema
         if isinstance(schema, Steps) and isinstance(node, Listing):
             return tuple(self._step(item) for item in node.items if isinstance(item, Mapping_) and item.entries)
-        if isinstance(schema, Names) and isinstance(node, Mapping_):
+        if isinstance(schema, FreeMapping) and isinstance(node, Mapping_):
             return tuple(self._named(entry, schema, walk) for entry in node.entries)
         return ()
 
-    def _named(self, entry: Entry, schema: Names, walk: Walk) -> Symbol:
+    def _named(self, entry: Entry, schema: FreeMapping, walk: GrammarWalk) -> Symbol:
         inner = walk.fork()
         inner.into_map({})
         inner.behind(entry.key.text)
@@ -294,7 +303,7 @@ class _Outline:
         for entry in node.entries:
             if isinstance(entry.value, Scalar):
                 continue
-            walk = Walk(self.kind)
+            walk = GrammarWalk(self.kind)
             walk.slot = Slot(Steps())
             walk.into_list()
             walk.into_map(keys)

@@ -13,7 +13,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.editor.index import SUBTREES, Occurrence
 from formiga_bt.editor.phrase import word_at
 from formiga_bt.editor.project import Document, Project
-from formiga_bt.editor.view import View, look
+from formiga_bt.editor.view import PositionView, look
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.text.reading import IDENTIFIER
@@ -26,7 +26,7 @@ class CannotRename(Exception):  # noqa: N818 - it is an answer
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class LineColumns:
     """Columns of a line of a file, 0-based."""
 
     path: Path
@@ -35,7 +35,7 @@ class Place:
     end: int
 
 
-def definition(project: Project, document: Document, line: int, col: int) -> Place | None:
+def definition(project: Project, document: Document, line: int, col: int) -> LineColumns | None:
     """Return where the name at a position is defined: here, in an imported file or in the catalogue; None if unknown."""
     view = look(project, document, line, col)
     if view is None:
@@ -50,7 +50,7 @@ def definition(project: Project, document: Document, line: int, col: int) -> Pla
         return _of_key(view)
     if name == "imports":
         path = project.locate(document.path, word)
-        return Place(path, 0, 0, 0) if path is not None else None
+        return LineColumns(path, 0, 0, 0) if path is not None else None
     if name in ("call", "request"):
         return _at(view.callee.mark, view.callee.path) if view.callee is not None else None
     if option is not None and option.form == "action":
@@ -66,7 +66,7 @@ def definition(project: Project, document: Document, line: int, col: int) -> Pla
     return _own(view, word)
 
 
-def _of_key(view: View) -> Place | None:
+def _of_key(view: PositionView) -> LineColumns | None:
     word = view.at.text
     if view.callee is not None and word in view.callee.params and view.at.levels[-1].under == word:
         return _at(view.callee.params[word].mark, view.callee.path)
@@ -75,7 +75,7 @@ def _of_key(view: View) -> Place | None:
     return _own(view, word)
 
 
-def _own(view: View, name: str) -> Place | None:
+def _own(view: PositionView, name: str) -> LineColumns | None:
     found = view.document.last_known().definition((view.slot.body, name))
     if found is None or view.document.lines[found.line : found.line + 1] == []:
         return None
@@ -85,15 +85,15 @@ def _own(view: View, name: str) -> Place | None:
     return _place(view.document, found) if found is not None else None
 
 
-def _at(mark: Mark, path: Path | None = None) -> Place:
-    return Place(path or Path(mark.file), mark.line - 1, mark.col - 1, max(mark.end_col - 1, mark.col - 1))
+def _at(mark: Mark, path: Path | None = None) -> LineColumns:
+    return LineColumns(path or Path(mark.file), mark.line - 1, mark.col - 1, max(mark.end_col - 1, mark.col - 1))
 
 
-def _place(document: Document, one: Occurrence) -> Place:
-    return Place(document.path, one.line, one.start, one.end)
+def _place(document: Document, one: Occurrence) -> LineColumns:
+    return LineColumns(document.path, one.line, one.start, one.end)
 
 
-def references(document: Document, line: int, col: int, *, with_definition: bool = True) -> list[Place]:
+def references(document: Document, line: int, col: int, *, with_definition: bool = True) -> list[LineColumns]:
     """Return every place in the file of the name at a position."""
     index = document.index()
     found = index.at(line, col) if index is not None else None
@@ -134,7 +134,7 @@ def _why_not(document: Document, line: int, col: int) -> str:
     return "there is no name here"
 
 
-def rename(document: Document, line: int, col: int, new: str) -> list[Place]:
+def rename(document: Document, line: int, col: int, new: str) -> list[LineColumns]:
     """Return the places at which the name at a position is to be replaced by `new`.
 
     Raises:

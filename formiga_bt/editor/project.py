@@ -14,7 +14,7 @@ from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.base.packaged import files as packaged_files
 from formiga_bt.base.packaged import folder
 from formiga_bt.editor.grammar import FileKind, file_kind
-from formiga_bt.editor.index import Index, build
+from formiga_bt.editor.index import FileIndex, build
 from formiga_bt.editor.seen import Seen
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.model import Catalogue, Param, Site
@@ -58,15 +58,15 @@ class Document:
     checked: int = -1
     """The version that `diagnostics` are of."""
     seen: Seen = field(default_factory=Seen)
-    _index: Index | None = None
-    _good: Index = field(default_factory=Index)
+    _index: FileIndex | None = None
+    _good: FileIndex = field(default_factory=FileIndex)
     _lock: Lock = field(default_factory=Lock)
 
     def __post_init__(self) -> None:
         self.lines = lines_of(self.text)
         self.kind = file_kind(self.lines, self.path.name)
 
-    def index(self) -> Index | None:
+    def index(self) -> FileIndex | None:
         """Return the names of this version; None where it is no YAML."""
         with self._lock:
             if self._index is None:
@@ -76,11 +76,11 @@ class Document:
                     self._good = self._index
         return self._index if self._index.root is not None else None
 
-    def last_index(self) -> Index:
+    def last_index(self) -> FileIndex:
         """Return the names of this version, or of the last one that could be read."""
         return self.index() or self._good
 
-    def last_known(self) -> Index:
+    def last_known(self) -> FileIndex:
         """Return the names of the last version that was read, without reading the present one."""
         return self._index if self._index is not None and self._index.root is not None else self._good
 
@@ -107,7 +107,7 @@ class Project:
         self.open: dict[Path, Document] = {}
         self._catalogue: tuple[object, Catalogue, tuple[Diagnostic, ...]] | None = None
         self._sites: dict[Path, tuple[object, Site | None]] = {}
-        self._units: dict[Path, tuple[object, Index]] = {}
+        self._units: dict[Path, tuple[object, FileIndex]] = {}
 
     # --- files --------------------------------------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ class Project:
     def _neighbours(self, document: Document) -> Neighbours:
         return Neighbours(document.path.parent, (folder("trees"),), self.read)
 
-    def imports(self, document: Document, index: Index | None = None) -> dict[str, Path]:
+    def imports(self, document: Document, index: FileIndex | None = None) -> dict[str, Path]:
         """Return the files that a file imports, by the words that name them."""
         index = index or document.last_known()
         entry = index.root.get("imports") if isinstance(index.root, Mapping_) else None
@@ -211,7 +211,7 @@ class Project:
             return None
         return next((place / word for place in self.folders(path) if (place / word).is_file()), None)
 
-    def _unit(self, path: Path) -> Index:
+    def _unit(self, path: Path) -> FileIndex:
         document = self.open.get(path.resolve())
         if document is not None:
             return document.last_index()
@@ -225,7 +225,7 @@ class Project:
             known = self._units[path] = (stamp, build(parse(text, str(path))[0], text.splitlines(), "library"))
         return known[1]
 
-    def _signatures(self, index: Index, path: Path, *, imported: bool) -> dict[str, Signature]:
+    def _signatures(self, index: FileIndex, path: Path, *, imported: bool) -> dict[str, Signature]:
         world = World(self.catalogue(), None)
         found = {}
         for name, entry in index.subtrees().items():

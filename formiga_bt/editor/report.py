@@ -16,7 +16,7 @@ _LINE: Final = re.compile(r"\b(?:at|when|from) line (\d+)\b|\(line (\d+)\)|\bat 
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class FileSpan:
     """A stretch of a file; lines and columns are 0-based."""
 
     path: Path
@@ -27,18 +27,18 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownProblem:
     """A problem as it is shown."""
 
     code: str
     severity: str
-    span: Span
+    span: FileSpan
     message: str
-    related: tuple[tuple[Span, str], ...] = ()
+    related: tuple[tuple[FileSpan, str], ...] = ()
     fix: Fix | None = None
 
 
-def shown(project: Project, document: Document, found: Sequence[Diagnostic]) -> list[Shown]:
+def shown(project: Project, document: Document, found: Sequence[Diagnostic]) -> list[ShownProblem]:
     """Return the problems of a document, those of the files that it reads included."""
     return [
         _own(document, one) if one.mark.file == str(document.path) else _foreign(project, document, one)
@@ -46,16 +46,16 @@ def shown(project: Project, document: Document, found: Sequence[Diagnostic]) -> 
     ]
 
 
-def _own(document: Document, one: Diagnostic) -> Shown:
+def _own(document: Document, one: Diagnostic) -> ShownProblem:
     span = span_of(document, one.mark)
-    return Shown(one.code, one.severity, span, _message(one), _related(document, one), one.fix)
+    return ShownProblem(one.code, one.severity, span, _message(one), _related(document, one), one.fix)
 
 
 def _message(one: Diagnostic) -> str:
     return one.message + (f"\nhelp: {one.help}" if one.help else "")
 
 
-def _related(document: Document, one: Diagnostic) -> tuple[tuple[Span, str], ...]:
+def _related(document: Document, one: Diagnostic) -> tuple[tuple[FileSpan, str], ...]:
     """Return the lines of this file that a message names."""
     numbers = [int(next(filter(None, match.groups()))) for match in _LINE.finditer(one.message)]
     found = []
@@ -63,11 +63,11 @@ def _related(document: Document, one: Diagnostic) -> tuple[tuple[Span, str], ...
         if 1 <= number <= len(document.lines) and number != one.mark.line:
             text = document.lines[number - 1]
             start = len(text) - len(text.lstrip())
-            found.append((Span(document.path, number - 1, start, number - 1, len(text.rstrip())), "this is meant"))
+            found.append((FileSpan(document.path, number - 1, start, number - 1, len(text.rstrip())), "this is meant"))
     return tuple(found)
 
 
-def _foreign(project: Project, document: Document, one: Diagnostic) -> Shown:
+def _foreign(project: Project, document: Document, one: Diagnostic) -> ShownProblem:
     """Return a problem of another file, shown where this file names it."""
     at = Mark(str(document.path), 1, 1)
     there: Path | None = None
@@ -79,12 +79,12 @@ def _foreign(project: Project, document: Document, one: Diagnostic) -> Shown:
     if there is None and Path(one.mark.file).is_file():
         there = Path(one.mark.file)
     message = f"{one.mark.file}:{one.mark.line}: {_message(one)}"
-    related: tuple[tuple[Span, str], ...] = ()
+    related: tuple[tuple[FileSpan, str], ...] = ()
     if there is not None:
         line, start = one.mark.line - 1, one.mark.col - 1
         end = max(one.mark.end_col - 1, start) if one.mark.end_line == one.mark.line else start
-        related = ((Span(there, line, start, line, end), one.message),)
-    return Shown(one.code, one.severity, span_of(document, at), message, related)
+        related = ((FileSpan(there, line, start, line, end), one.message),)
+    return ShownProblem(one.code, one.severity, span_of(document, at), message, related)
 
 
 def _import_mark(document: Document, word: str) -> Mark | None:
@@ -95,11 +95,11 @@ def _import_mark(document: Document, word: str) -> Mark | None:
     return None
 
 
-def span_of(document: Document, mark: Mark) -> Span:
+def span_of(document: Document, mark: Mark) -> FileSpan:
     """Return the stretch of a mark; one without an end is a character, or the word there."""
     line, start = max(0, mark.line - 1), max(0, mark.col - 1)
     if mark.end_line >= mark.line and (mark.end_line, mark.end_col) > (mark.line, mark.col):
-        return Span(document.path, line, start, mark.end_line - 1, max(0, mark.end_col - 1))
+        return FileSpan(document.path, line, start, mark.end_line - 1, max(0, mark.end_col - 1))
     text = document.lines[line] if line < len(document.lines) else ""
     word = re.match(r"[\w.]+|.?", text[start:])
-    return Span(document.path, line, start, line, start + len(word[0] if word else ""))
+    return FileSpan(document.path, line, start, line, start + len(word[0] if word else ""))

@@ -20,8 +20,8 @@ from formiga_bt.lang.kinds import (
     ROLE,
     SUBTREE,
     TASK,
-    Kind,
     Option,
+    StepKind,
 )
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec, Site
 from formiga_bt.lang.params import SIMPLE
@@ -133,7 +133,7 @@ class _Maker:
             return {"type": "array", "items": {"type": "string", "examples": types}}
         return None
 
-    def _form(self, form: str, of: Option | Kind) -> Schema:
+    def _form(self, form: str, of: Option | StepKind) -> Schema:
         values = list(of.values) if isinstance(of, Option) else []
         keys = of.keys if isinstance(of, Option) else ()
         match form:
@@ -297,7 +297,7 @@ def _map(of: Schema) -> Schema:
     return {"type": "object", "additionalProperties": of}
 
 
-def _said_of(kind: Kind) -> str:
+def _said_of(kind: StepKind) -> str:
     must = [option.name for option in kind.options if option.required]
     return kind.doc + (f" Needs {', '.join(must)}." if must else "")
 

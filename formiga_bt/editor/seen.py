@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.editor.where import Where
+from formiga_bt.editor.where import EditorPosition
 from formiga_bt.lang.expr.scope import Scope
 
 
@@ -17,7 +17,7 @@ class Seen:
     at: Sequence[tuple[int, int, Scope]] = ()
     """Line (0-based) and column (1-based) of each step, with what is visible; by line."""
 
-    def visible(self, lines: Sequence[str], where: Where) -> Scope | None:
+    def visible(self, lines: Sequence[str], where: EditorPosition) -> Scope | None:
         """Return what is visible at a position of a text that has changed since, as far as one can tell."""
         if not self.at:
             return None
@@ -29,7 +29,7 @@ class Seen:
         begun = self._then(lines, _step_line(where)) if step is not None else line
         return self._of_step(begun, where) or self._before(line, where.column + 1)
 
-    def _of_step(self, begun: int, where: Where) -> Scope | None:
+    def _of_step(self, begun: int, where: EditorPosition) -> Scope | None:
         """Return what is visible at the step around; of a step that is new, what is visible at the one after it."""
         index = bisect_left(self.at, begun, key=lambda one: one[0])
         if index == len(self.at):
@@ -70,7 +70,7 @@ class Seen:
         return min(line, len(old) - behind)
 
 
-def _step_line(where: Where) -> int:
+def _step_line(where: EditorPosition) -> int:
     """Return the line on which the innermost step around begins."""
     lists = [index for index, level in enumerate(where.levels) if level.kind == "list"]
     inner = where.levels[lists[-1] :] if lists else where.levels

@@ -28,8 +28,8 @@ from formiga_bt.editor.complete import Item, complete
 from formiga_bt.editor.hover import hover, signatures
 from formiga_bt.editor.index import Symbol
 from formiga_bt.editor.project import Document, Project, lines_of
-from formiga_bt.editor.report import Shown, Span, shown
-from formiga_bt.editor.worker import Checker, Job, Report
+from formiga_bt.editor.report import FileSpan, ShownProblem, shown
+from formiga_bt.editor.worker import CheckerProcess, CheckJob, Report
 
 PAUSE_S: Final = 0.25
 """So long after the last key a file is checked."""
@@ -77,11 +77,11 @@ class Server(LanguageServer):
         super().__init__("formiga", __version__)
         self.project = Project(actions, site)
         self.documents: dict[str, Document] = {}
-        self.reports: dict[str, tuple[int, list[Shown]]] = {}
+        self.reports: dict[str, tuple[int, list[ShownProblem]]] = {}
         self._actions = tuple(actions)
         self._site = site
         self._due: dict[str, asyncio.TimerHandle] = {}
-        self.checker = Checker()
+        self.checker = CheckerProcess()
         self._checks = ThreadPoolExecutor(1, "check")
         self._texts = ThreadPoolExecutor(1, "read")
 
@@ -150,7 +150,7 @@ class Server(LanguageServer):
             return None
         project = self.project
         texts = {path: (one.version, one.text) for path, one in list(project.open.items())}
-        return self.checker.check(Job(tuple(project.actions), project.site, project.root, document.path, texts))
+        return self.checker.check(CheckJob(tuple(project.actions), project.site, project.root, document.path, texts))
 
     def _finish(self, uri: str, document: Document, done: "asyncio.Future[Report | None]") -> None:
         error = done.exception()
@@ -204,7 +204,7 @@ class Server(LanguageServer):
         except (OSError, UnicodeDecodeError):
             return []
 
-    def location(self, span: Span) -> lsp.Location:
+    def location(self, span: FileSpan) -> lsp.Location:
         """Return where a stretch is."""
         found = self.range(span.path, span.line, span.start, span.end_line, span.end)
         return lsp.Location(self.uri_of(span.path), found)
@@ -214,7 +214,7 @@ class Server(LanguageServer):
         known = next((uri for uri, document in self.documents.items() if document.path == path), None)
         return known or path.absolute().as_uri()
 
-    def diagnostic(self, one: Shown) -> lsp.Diagnostic:
+    def diagnostic(self, one: ShownProblem) -> lsp.Diagnostic:
         """Return a problem in the protocol's words."""
         severity = lsp.DiagnosticSeverity.Error if one.severity == "error" else lsp.DiagnosticSeverity.Warning
         page = folder("docs") / "errors.md"
@@ -361,7 +361,7 @@ def _item(ls: Server, document: Document, line: int, item: Item) -> lsp.Completi
     )
 
 
-def _mend(ls: Server, document: Document, one: Shown) -> lsp.CodeAction | None:
+def _mend(ls: Server, document: Document, one: ShownProblem) -> lsp.CodeAction | None:
     """Return the action that mends a problem, if it has a mend in this file."""
     if one.fix is None or one.fix.mark.file != str(document.path):
         return None
@@ -424,8 +424,8 @@ def _add_names(server: Server) -> None:
         return lsp.WorkspaceEdit(changes={params.text_document.uri: edits})
 
 
-def _location(ls: Server, at: navigate.Place) -> lsp.Location:
-    return ls.location(Span(at.path, at.line, at.start, at.line, at.end))
+def _location(ls: Server, at: navigate.LineColumns) -> lsp.Location:
+    return ls.location(FileSpan(at.path, at.line, at.start, at.line, at.end))
 
 
 def _add_outline(server: Server) -> None:

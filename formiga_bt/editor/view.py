@@ -7,10 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from formiga_bt.editor.grammar import Names, Schema, Slot, Steps, Table, Value, Walk, scalar_behind
+from formiga_bt.editor.grammar import (
+    FreeMapping,
+    GrammarWalk,
+    OptionMapping,
+    OptionValue,
+    Schema,
+    Slot,
+    Steps,
+    scalar_behind,
+)
 from formiga_bt.editor.phrase import hole_around
 from formiga_bt.editor.project import Document, Project, Signature
-from formiga_bt.editor.where import Where, where
+from formiga_bt.editor.where import EditorPosition, where
 from formiga_bt.lang import records
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.kinds import Option
@@ -20,12 +29,12 @@ from formiga_bt.lang.types import ANY, INT, TEXT, Type
 
 
 @dataclass(frozen=True)
-class View:
+class PositionView:
     """What is at a position."""
 
     project: Project
     document: Document
-    at: Where
+    at: EditorPosition
     slot: Slot
 
     @cached_property
@@ -75,12 +84,12 @@ class View:
     def option(self) -> Option | None:
         """Return the option whose value this is."""
         schema = scalar_behind(self.slot.schema) if self.at.slot != "key" else None
-        return schema.option if isinstance(schema, Value) else None
+        return schema.option if isinstance(schema, OptionValue) else None
 
     def due(self) -> Type | None:
         """Return the type of value that is due here, if that is known."""
         schema = scalar_behind(self.slot.schema)
-        if not isinstance(schema, Value):
+        if not isinstance(schema, OptionValue):
             return None
         key = self.slot.names[-1] if self.slot.names else ""
         if schema.names == "with":
@@ -127,17 +136,17 @@ class View:
         return (text, offset, self.at.start) if whole else None
 
 
-def look(project: Project, document: Document, line: int, col: int) -> View | None:
+def look(project: Project, document: Document, line: int, col: int) -> PositionView | None:
     """Return what is at a position (0-based, in characters); None where nothing can stand."""
     at = where(document.lines, line, col)
     if at is None:
         return None
-    return View(project, document, at, slot_at(document, at))
+    return PositionView(project, document, at, slot_at(document, at))
 
 
-def slot_at(document: Document, at: Where) -> Slot:
+def slot_at(document: Document, at: EditorPosition) -> Slot:
     """Return what may stand at a place of a document."""
-    walk = Walk(document.kind)
+    walk = GrammarWalk(document.kind)
     for index, level in enumerate(at.levels):
         last = index == len(at.levels) - 1
         if level.kind == "list":
@@ -151,7 +160,7 @@ def slot_at(document: Document, at: Where) -> Slot:
     return walk.slot
 
 
-def _is_mapping(walk: Walk) -> bool:
+def _is_mapping(walk: GrammarWalk) -> bool:
     """Return whether a first word at this place is a key."""
     schema: Schema | None = walk.slot.schema
-    return walk.is_step or isinstance(schema, Table | Names | Steps)
+    return walk.is_step or isinstance(schema, OptionMapping | FreeMapping | Steps)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from formiga_bt.editor.flow import Flow, read_flow
+from formiga_bt.editor.flow import FlowPosition, read_flow
 
 _DASHES: Final = re.compile(r"\s*((?:-(?:\s+|$))*)")
 _KEY: Final = re.compile(r"(\"[^\"]*\"|'[^']*'|[^\s\-#'\"{}\[\],|>&*!%@`][^:#]*?)\s*:(?=\s|$)")
@@ -33,7 +33,7 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class EditorPosition:
     """What is at a position."""
 
     levels: tuple[Level, ...]
@@ -66,7 +66,7 @@ class Where:
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class LineShape:
     """A line of block style: its dashes, its key, its value."""
 
     dashes: tuple[int, ...]
@@ -81,7 +81,7 @@ class Shape:
     """Column of the comment; the line's length without one."""
 
 
-def shape(line: str) -> Shape:
+def shape(line: str) -> LineShape:
     """Return the parts of a line of block style."""
     led = _DASHES.match(line)
     assert led is not None, "it also matches nothing"
@@ -92,12 +92,12 @@ def shape(line: str) -> Shape:
     comment = _comment(line, min(start, len(line)))
     found = _KEY.match(line, start)
     if found is None or found.end() > comment:
-        return Shape(dashes, start, "", start, start, line[start:comment].rstrip(), comment)
+        return LineShape(dashes, start, "", start, start, line[start:comment].rstrip(), comment)
     value_start = found.end()
     while value_start < comment and line[value_start].isspace():
         value_start += 1
     key = found[1].strip("'\"") if found[1][0] in "'\"" else found[1]
-    return Shape(dashes, start, key, found.end(1), value_start, line[value_start:comment].rstrip(), comment)
+    return LineShape(dashes, start, key, found.end(1), value_start, line[value_start:comment].rstrip(), comment)
 
 
 def _comment(line: str, start: int) -> int:
@@ -116,7 +116,7 @@ def _comment(line: str, start: int) -> int:
     return len(line)
 
 
-def where(lines: Sequence[str], line: int, col: int) -> Where | None:
+def where(lines: Sequence[str], line: int, col: int) -> EditorPosition | None:
     """Return what is at a position; None in a comment and in the blanks before a line's text.
 
     Args:
@@ -128,7 +128,7 @@ def where(lines: Sequence[str], line: int, col: int) -> Where | None:
     col = min(col, len(text))
     here = shape(text)
     if not text.strip():
-        here = Shape((), col, "", col, col, "", len(text))
+        here = LineShape((), col, "", col, col, "", len(text))
     if col > here.comment and here.comment < len(text):
         return None
     around = _Around(lines)
@@ -150,7 +150,7 @@ class _Around:
     def __init__(self, lines: Sequence[str]) -> None:
         self.lines = lines
 
-    def _shape(self, line: int) -> Shape | None:
+    def _shape(self, line: int) -> LineShape | None:
         """Return the shape of a line; None if it is blank or a comment."""
         text = self.lines[line]
         stripped = text.lstrip()
@@ -188,7 +188,7 @@ class _Around:
                 break
         return found[::-1]
 
-    def _climb(self, found: list[Level], above: int, seen: Shape, at: int, kind: str) -> tuple[int, str]:
+    def _climb(self, found: list[Level], above: int, seen: LineShape, at: int, kind: str) -> tuple[int, str]:
         """Take account of a line above; return the column and kind of the collection reached."""
         dashes = list(seen.dashes)
         if kind == "map" and seen.key and seen.start == at:
@@ -244,7 +244,7 @@ class _Around:
 
     # --- positions ----------------------------------------------------------------------------------------------
 
-    def value(self, line: int, col: int, here: Shape) -> Where | None:
+    def value(self, line: int, col: int, here: LineShape) -> EditorPosition | None:
         """Return the place of a position behind a key and its colon."""
         levels = self.levels(line, here.start, here.dashes, mapping=True)
         levels[-1].under = here.key
@@ -254,7 +254,7 @@ class _Around:
             return self._in_flow(levels, line, here.value_start, line, col, column=here.start)
         return _scalar(levels, line, col, start, here.value, here.start)
 
-    def first_word(self, line: int, col: int, here: Shape) -> Where | None:
+    def first_word(self, line: int, col: int, here: LineShape) -> EditorPosition | None:
         """Return the place of a position in the first word of a line."""
         if not here.key and here.value[:1] in ("{", "["):
             levels = self.levels(line, here.start, here.dashes, mapping=False)
@@ -275,17 +275,19 @@ class _Around:
             quoted = self.lines[line][here.start] in "'\""
             start = here.start + quoted
             offset = min(max(0, col - start), len(text))
-            return Where(tuple(levels), "key", text, line, start, offset, colon=True, quoted=quoted, column=here.start)
+            return EditorPosition(
+                tuple(levels), "key", text, line, start, offset, colon=True, quoted=quoted, column=here.start
+            )
         if not here.value and not here.dashes and self._at_dash(line, here.start):
             levels = self.levels(line, here.start, (here.start,), mapping=False)
-            return Where(tuple(levels), "item", "", line, col, 0, column=here.start)
+            return EditorPosition(tuple(levels), "item", "", line, col, 0, column=here.start)
         quoted = text[:1] in ("'", '"') and bool(text)
         text = text[1:].removesuffix(text[0]) if quoted else text
         start = here.start + quoted
         offset = min(max(0, col - start), len(text))
-        return Where(tuple(levels), "word", text, line, start, offset, quoted=quoted, column=here.start)
+        return EditorPosition(tuple(levels), "word", text, line, start, offset, quoted=quoted, column=here.start)
 
-    def _scalar_above(self, line: int, column: int) -> tuple[int, Shape] | None:
+    def _scalar_above(self, line: int, column: int) -> tuple[int, LineShape] | None:
         """Return the line on which the scalar begins that goes on here (a block, or text of several lines)."""
         at = column
         for above in range(line - 1, -1, -1):
@@ -322,7 +324,7 @@ class _Around:
 
     # --- flow style -----------------------------------------------------------------------------------------------
 
-    def flow_above(self, line: int, col: int) -> Where | None:
+    def flow_above(self, line: int, col: int) -> EditorPosition | None:
         """Return the place of a position in a flow collection that begins on a line above; None if there is none."""
         at = len(self.lines[line]) - len(self.lines[line].lstrip()) if line < len(self.lines) else col
         if line < len(self.lines) and not self.lines[line].strip():
@@ -347,13 +349,13 @@ class _Around:
 
     def _in_flow(
         self, levels: list[Level], first: int, start: int, line: int, col: int, *, column: int, open_only: bool = False
-    ) -> Where | None:
+    ) -> EditorPosition | None:
         """Return the place of a position in the flow collection that begins at `start` of the line `first`."""
         rows = [self.lines[first][start:], *self.lines[first + 1 : first + _MOST_FLOW_LINES]]
         offset = col - start if line == first else sum(len(row) + 1 for row in rows[: line - first]) + col
         if offset < 0:
             return None
-        flow: Flow | None = read_flow("\n".join(rows), offset)
+        flow: FlowPosition | None = read_flow("\n".join(rows), offset)
         if flow is None or (open_only and flow.closed):
             return None
         if flow.closed:
@@ -361,7 +363,7 @@ class _Around:
         for level in flow.levels:
             levels.append(Level(level.kind, level.keys, level.under, first))
         begins = flow.start - offset + col
-        return Where(
+        return EditorPosition(
             tuple(levels),
             flow.slot,
             flow.text,
@@ -375,7 +377,7 @@ class _Around:
         )
 
 
-def _note(level: Level, seen: Shape) -> None:
+def _note(level: Level, seen: LineShape) -> None:
     if seen.key:
         plain = seen.value if seen.value[:1] not in ("{", "[") else ""
         if plain[:1] in ("'", '"') and plain[-1:] == plain[:1] and len(plain) > 1:
@@ -383,7 +385,7 @@ def _note(level: Level, seen: Shape) -> None:
         level.keys.setdefault(seen.key, plain)
 
 
-def _scalar(levels: list[Level], line: int, col: int, start: int, text: str, column: int) -> Where | None:
+def _scalar(levels: list[Level], line: int, col: int, start: int, text: str, column: int) -> EditorPosition | None:
     quoted = text[:1] in ("'", '"') and bool(text)
     if quoted:
         inner = text[1:]
@@ -394,6 +396,8 @@ def _scalar(levels: list[Level], line: int, col: int, start: int, text: str, col
     offset = col - start
     if offset > len(text):
         if not text or quoted:
-            return None if quoted else Where(tuple(levels), "value", "", line, col, 0, column=column)
-        return Where(tuple(levels), "value", text + " " * (offset - len(text)), line, start, offset, column=column)
-    return Where(tuple(levels), "value", text, line, start, max(0, offset), quoted=quoted, column=column)
+            return None if quoted else EditorPosition(tuple(levels), "value", "", line, col, 0, column=column)
+        return EditorPosition(
+            tuple(levels), "value", text + " " * (offset - len(text)), line, start, offset, column=column
+        )
+    return EditorPosition(tuple(levels), "value", text, line, start, max(0, offset), quoted=quoted, column=column)

@@ -2,7 +2,7 @@
 
 from formiga_bt.base.units import LIKELY, UNITS, format_number, format_quantity
 from formiga_bt.lang.expr.helpers import REQUIRED, Helper
-from formiga_bt.lang.kinds import Kind, Option
+from formiga_bt.lang.kinds import Option, StepKind
 from formiga_bt.lang.model import ActionSpec, AgentType, Expr, FieldSpec, Param
 from formiga_bt.lang.types import Type
 
@@ -77,7 +77,7 @@ def about_option(option: Option, owner: str) -> str:
     return f"{head}\n\n{option.doc}{later}{keys}\n\n*{owner}*"
 
 
-def about_kind(kind: Kind) -> str:
+def about_kind(kind: StepKind) -> str:
     """Return the hover text of a step kind: what it does and what it may hold."""
     options = "".join(
         f"\n- `{o.name}`: {type_words(o)}{', required' if o.required else ''}. {o.doc}" for o in kind.options

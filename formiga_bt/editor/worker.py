@@ -1,8 +1,9 @@
 """Checks in a process of their own, so that the one that answers an editor is never busy with them.
 
-The server's side is `Checker`: it starts the process, hands it one job at a time, and kills it when a newer text of the very
-file makes its work worthless. The other side is `main`: jobs come in over stdin, reports go out over stdout, pickled, each with
-its length before it. A report holds data only; what was visible at steps is put together again with the server's own catalogue.
+The server's side is `CheckerProcess`: it starts the process, hands it one job at a time, and kills it when a newer text of the
+very file makes its work worthless. The other side is `main`: jobs come in over stdin, reports go out over stdout, pickled, each
+with its length before it. A report holds data only; what was visible at steps is put together again with the server's own
+catalogue.
 """
 
 import gc
@@ -37,7 +38,7 @@ _LENGTH: Final = struct.Struct(">Q")
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class CheckJob:
     """A file to check, with all that the editor has open."""
 
     actions: tuple[Path, ...]
@@ -103,7 +104,7 @@ def reported(found: Checked) -> Report:
 # --- the server's side ---------------------------------------------------------------------------------------------
 
 
-class Checker:
+class CheckerProcess:
     """One process that checks, replaced when it is killed."""
 
     def __init__(self) -> None:
@@ -123,7 +124,7 @@ class Checker:
             if self._path == path:
                 self._kill()
 
-    def check(self, job: Job) -> Report | None:
+    def check(self, job: CheckJob) -> Report | None:
         """Check a file, in a thread that may wait; None if it was overtaken.
 
         Raises:
@@ -192,7 +193,7 @@ class _Desk:
     project: Project = field(default_factory=Project)
     told: Any = None
 
-    def work(self, job: Job) -> Report:
+    def work(self, job: CheckJob) -> Report:
         told = (job.actions, job.site, job.root)
         if told != self.told:
             self.project, self.told = Project(job.actions, job.site, job.root), told

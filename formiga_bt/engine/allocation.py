@@ -17,11 +17,11 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
-from formiga_bt.engine.allocator.preemption import Plan, Preemption
+from formiga_bt.engine.allocator.preemption import Preemption, PreemptionPlan
 from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, Request, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, Verdict
 from formiga_bt.engine.kernel.timers import HopelessDue, NodeDue, TaskDue
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
@@ -97,7 +97,7 @@ class Allocation:
                     for victim in self._authority.step_aside_for(request):
                         self._tasks.restart(victim, "preempted", f"for {request.holder}, which needs its pilot")
 
-    def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, Preemption]:
+    def _decide(self, requests: list[AgentRequest], agents: list[Candidate]) -> tuple[Decision, Preemption]:
         """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""
         decision = self._policy(requests, agents)
         aside = Preemption(self._core, requests, decision, agents)
@@ -107,7 +107,7 @@ class Allocation:
             decision = self._policy(kept, agents)
         return decision, aside
 
-    def _preempt(self, request: Request, plan: Plan | None) -> None:
+    def _preempt(self, request: AgentRequest, plan: PreemptionPlan | None) -> None:
         """Have the victims of a plan step aside; meanwhile the roles' `wait` stands still."""
         core = self._core
         for victim in plan.victims if plan is not None else ():
@@ -128,7 +128,7 @@ class Allocation:
             request = replace(request, wait_left=None, roles=roles)
         core.emit(ch.RequestPut(request.task, replace(request, preempting=awaited)))
 
-    def _explain_blocked(self, request: Request, code: str, detail: str, agents: list[Candidate]) -> None:
+    def _explain_blocked(self, request: AgentRequest, code: str, detail: str, agents: list[Candidate]) -> None:
         """Say what keeps a request waiting whoever is free, and how the agents look meanwhile."""
         verdicts = (Verdict("", "", code, None, detail), *looked(request, agents))
         self._explain(request.task, verdicts)
@@ -146,7 +146,7 @@ class Allocation:
                 return
         core.emit(ch.Explained(task, core.now, verdicts))
 
-    def _aged(self, request: Request) -> Request:
+    def _aged(self, request: AgentRequest) -> AgentRequest:
         """Return a request as it ranks now.
 
         LOW counts as MEDIUM after an hour; a team reserves after two minutes, and whom others step aside for at once.
@@ -157,7 +157,7 @@ class Allocation:
         reserves = bool(request.preempting) or (machines > 1 and waited >= RESERVE_AFTER_US)
         return replace(request, priority=priority, reserves=reserves)
 
-    def _answer_hopeless(self, requests: list[Request], decision: Decision, agents: Roster) -> None:
+    def _answer_hopeless(self, requests: list[AgentRequest], decision: Decision, agents: Roster) -> None:
         """End requests that no known agent could ever serve, once the site's agents were seen or 10 s passed."""
         core = self._core
         granted = {grant.task for grant in decision.grants}
@@ -248,6 +248,6 @@ class Allocation:
         )
 
 
-def wait_of(request: Request) -> NodeDue | TaskDue:
+def wait_of(request: AgentRequest) -> NodeDue | TaskDue:
     """Return the deadline up to which a request waits."""
     return NodeDue(request.holder, request.node) if request.node else TaskDue(request.task, "wait")

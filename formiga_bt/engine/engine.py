@@ -30,7 +30,7 @@ from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.orders.breaches import Breaches
 from formiga_bt.engine.orders.command import Command
 from formiga_bt.engine.orders.lockdown import Lockdowns
-from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.restart.journal_backpressure import note_journal, refuse_if_full
 from formiga_bt.engine.restart.reconcile import Reconcile
 from formiga_bt.engine.restart.rescue import Rescue
@@ -98,7 +98,7 @@ class Engine:
         self.errands = SystemTasks(core, self.goals, self.runs, self.recovery)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, requests, self.runs, children, self.recovery)
         self.turns = WakeQueue(core, self.runs)
-        self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.recovery, self.errands)
+        self.orders = StandingOrders(core, self.fleet, self.goals, self.clearances, self.recovery, self.errands)
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
@@ -140,7 +140,7 @@ class Engine:
         run = self.runs.open.get(task_id)
         return run.trees.statuses() if run else {}
 
-    def handle(self, now: Micros, given: inp.Input) -> inp.Step:
+    def handle(self, now: Micros, given: inp.Input) -> inp.EngineStep:
         """Handle one input at one instant.
 
         Raises:
@@ -166,7 +166,7 @@ class Engine:
         self._settle()
         if core.state.resume is not None and self.reconcile.proceed():
             self._settle()
-        return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
+        return inp.EngineStep(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
     def _dispatch(self, given: inp.Input) -> Reply | None:
         match given:  # the frequent ones first
@@ -294,7 +294,7 @@ class Engine:
     def _hear(self, news: nw.News) -> None:
         """Hand what a part reports on to the part that it concerns."""
         match news:
-            case nw.Told(agent, ended):
+            case nw.StatusTaken(agent, ended):
                 self.breaches.look(agent, ended)
             case nw.Landed(task, agent):
                 self.errands.grounded(task, agent)
@@ -302,9 +302,9 @@ class Engine:
                 self.errands.flies(agent)
             case nw.CameBack(agent):
                 self.errands.start_recover(agent)
-            case nw.BadMessage(agent, text):
+            case nw.UnreadableMessage(agent, text):
                 self.fleet.on_bad(agent, text)
-            case nw.Unreachable(agent):
+            case nw.GoalUnreachable(agent):
                 self.fleet.on_unreachable(agent)
             case nw.MustLeave(agent, why):
                 self.fleet.quarantine(agent, why)
@@ -327,7 +327,7 @@ class Engine:
                     self.tasks.abort(order)
             case nw.AllHome(task):
                 self.tasks.end(task)
-            case nw.Ends(task):
+            case nw.TaskEnds(task):
                 self.orders.ended_by_word(task)
             case nw.StepsStopped(task):
                 self.orders.tidy_goes_on(task)

@@ -22,7 +22,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.errors import JournalError
 from formiga_bt.base.geo import Place, Position, Region
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.types import AgentRef
@@ -196,15 +196,15 @@ def _words_of(kind: type[Struct]) -> Iterator[bytes]:
 def dictionary() -> bytes:
     """Return the names that steps of this version repeat, the most usual last: for the first steps of a journal."""
     seen: dict[type[Struct], None] = {}
-    _structs(Step, seen)
+    _structs(EngineStep, seen)
     often = (GoalRecord, AgentStatus, AgentRecord)
     kinds: list[type[Struct]] = [*(one for one in seen if one not in often), *often]
     return b"".join(word for kind in kinds for word in _words_of(kind))[-32_000:]
 
 
-def learned(steps: Sequence[Step]) -> bytes:
+def learned(steps: Sequence[EngineStep]) -> bytes:
     """Return a better dictionary from steps of a site: one of each shape, the most usual last."""
-    shapes: dict[tuple[str, ...], list[Step]] = {}
+    shapes: dict[tuple[str, ...], list[EngineStep]] = {}
     for step in steps:
         shape = (type(step.input).__name__, *(type(change).__name__ for change in step.changes))
         shapes.setdefault(shape, []).append(step)
@@ -265,11 +265,11 @@ class Codec:
         self._current = current
         words = self._dictionaries.get(current, b"")
         self._press = zlib.compressobj(LEVEL, zlib.DEFLATED, -15, 5, zlib.Z_DEFAULT_STRATEGY, words)
-        self._step = msgspec.msgpack.Decoder(Step, ext_hook=_unpack)
+        self._step = msgspec.msgpack.Decoder(EngineStep, ext_hook=_unpack)
         self._state = msgspec.msgpack.Decoder(EngineState, ext_hook=_unpack)
         self._light = msgspec.msgpack.Decoder(_Light, ext_hook=_unpack)
 
-    def encode(self, step: Step) -> bytes:
+    def encode(self, step: EngineStep) -> bytes:
         """Return a step as bytes."""
         return self._wrap(_ENCODER.encode(_lowered(step)))
 
@@ -290,7 +290,7 @@ class Codec:
                 return bytes((FORMAT, self._current)) + zlib.crc32(small).to_bytes(4, "big") + small
         return bytes((FORMAT, PLAIN)) + zlib.crc32(data).to_bytes(4, "big") + data
 
-    def decode(self, blob: bytes, where: str = "a step") -> Step:
+    def decode(self, blob: bytes, where: str = "a step") -> EngineStep:
         """Return the step that `encode` wrote.
 
         Raises:

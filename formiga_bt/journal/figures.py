@@ -13,7 +13,7 @@ from formiga_bt.journal.keep import DAY_US, Retention
 from formiga_bt.journal.reading import Readable
 
 
-class Kind(Struct, frozen=True):
+class StepCount(Struct, frozen=True):
     """Steps by the kind of their input, or another part of a journal."""
 
     name: str
@@ -21,7 +21,7 @@ class Kind(Struct, frozen=True):
     bytes: int
 
 
-def kinds(journal: Readable) -> list[Kind]:
+def kinds(journal: Readable) -> list[StepCount]:
     """Return steps by kind, then way points and snapshots; the largest first. Without indices.
 
     Raises:
@@ -40,9 +40,9 @@ def kinds(journal: Readable) -> list[Kind]:
         shots = connection.execute(
             sa.select(count, sa.func.sum(sa.func.length(shot.blob))).where(shot.site == journal.number)
         ).one()
-    found = [Kind(row[0], row[1], int(row[2] or 0)) for row in rows]
-    found += [Kind("(way points)", int(points[0] or 0), int(points[1] or 0))]
-    found += [Kind("(snapshots)", shots[0], int(shots[1] or 0))]
+    found = [StepCount(row[0], row[1], int(row[2] or 0)) for row in rows]
+    found += [StepCount("(way points)", int(points[0] or 0), int(points[1] or 0))]
+    found += [StepCount("(snapshots)", shots[0], int(shots[1] or 0))]
     return sorted((one for one in found if one.count), key=lambda one: (-one.bytes, one.name))
 
 

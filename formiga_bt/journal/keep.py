@@ -186,7 +186,7 @@ class Housekeeper:
 
 
 # -- figures -----------------------------------------------------------------------------------------------------------
-class Stats(Struct, frozen=True):
+class JournalStats(Struct, frozen=True):
     """What a journal holds of a site."""
 
     site: str
@@ -209,7 +209,7 @@ class Stats(Struct, frozen=True):
     """Of the SQLite file; other sites may be in it."""
 
 
-def stats(journal: Journal) -> Stats:
+def stats(journal: Journal) -> JournalStats:
     """Return what a journal holds.
 
     Raises:
@@ -238,7 +238,7 @@ def stats(journal: Journal) -> Stats:
             shots, count, sa.func.coalesce(sa.func.sum(sa.func.length(shots.c.blob)), 0), sa.func.min(shots.c.at_us)
         )
         others = [one(table, count)[0] for table in (schema.starts, schema.bundles, schema.gaps)]
-    return Stats(
+    return JournalStats(
         site=journal.site, where=journal.where, steps=steps, kinds={row[0]: row[1] for row in kinds},
         points=int(points), snapshots=snapshots, starts=others[0], bundles=others[1], gaps=others[2],
         first=first, last=last, bytes_steps=int(bytes_steps), bytes_points=int(bytes_points),

@@ -25,7 +25,7 @@ TRIES: Final = 3
 _CANNOT: Final = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM, sqlite3.SQLITE_IOERR)
 
 
-class Look(NamedTuple):
+class JournalAccess(NamedTuple):
     """How a journal is opened to be read."""
 
     uri: str
@@ -36,7 +36,7 @@ class Look(NamedTuple):
     """Of the copy; gone when it is cleaned up."""
 
 
-def look_at(file: Path) -> Look:
+def look_at(file: Path) -> JournalAccess:
     """Return how to open a journal that is only read.
 
     Raises:
@@ -48,11 +48,11 @@ def look_at(file: Path) -> Look:
         if has_index and waiting is not None:
             for way in ("mode=ro&readonly_shm=1", "mode=ro"):
                 if not is_refused(f"{name}?{way}"):
-                    return Look(f"{name}?{way}")
+                    return JournalAccess(f"{name}?{way}")
         if waiting is None and not has_index and is_writable(file) and not is_refused(f"{name}?mode=rw"):
-            return Look(f"{name}?mode=rw")
+            return JournalAccess(f"{name}?mode=rw")
         if not waiting:
-            return Look(f"{name}?mode=ro&immutable=1")
+            return JournalAccess(f"{name}?mode=ro&immutable=1")
         folder = _copied(file, wal)
     except OSError as error:
         raise JournalError(
@@ -62,7 +62,7 @@ def look_at(file: Path) -> Look:
             "if only room is missing: TMPDIR=FOLDER formiga ..."
         ) from error
     note = f"the newest steps of {file} are in {wal.name}, without its index: a copy of both is looked at, in {folder.name}"
-    return Look((Path(folder.name) / file.name).as_uri(), note, folder)
+    return JournalAccess((Path(folder.name) / file.name).as_uri(), note, folder)
 
 
 def is_writable(file: Path) -> bool:

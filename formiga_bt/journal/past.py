@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import holder_of
 from formiga_bt.engine.kernel.state import EngineState, apply, board_of
 from formiga_bt.journal.reading import Readable
@@ -74,7 +74,7 @@ class Past:
         )
 
 
-def follow(state: EngineState, step: Step) -> None:
+def follow(state: EngineState, step: EngineStep) -> None:
     """Bring a state that nobody watches from before a step to after it."""
     state.seq, state.now = step.seq, step.at
     for change in step.changes:

@@ -12,12 +12,12 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import Database, Durability, mapped, read_url, told
-from formiga_bt.journal.records import BundleRow, Gap, Kept, Start
-from formiga_bt.journal.thin import Point, unpack
+from formiga_bt.journal.records import BundleRow, Gap, KeptStep, Start
+from formiga_bt.journal.thin import TrackPoint, unpack
 
 PAGE: Final = 1000
 """Steps that are read at once."""
@@ -131,7 +131,7 @@ class Readable:
 
     def read(
         self, after: int = 0, to: int | None = None, *, until: Micros | None = None, task: str = ""
-    ) -> Iterator[Kept]:
+    ) -> Iterator[KeptStep]:
         """Return kept steps in order.
 
         Args:
@@ -159,12 +159,12 @@ class Readable:
             with self._reading() as connection:
                 rows = connection.execute(query.where(at.seq > after).order_by(at.seq).limit(PAGE)).all()
             for row in rows:
-                yield Kept(row.seq, row.at_us, row.wall_us, row.kind, self._decode(row.blob, row.seq))
+                yield KeptStep(row.seq, row.at_us, row.wall_us, row.kind, self._decode(row.blob, row.seq))
             if len(rows) < PAGE:
                 return
             after = rows[-1].seq
 
-    def _decode(self, blob: bytes, seq: int) -> Step:
+    def _decode(self, blob: bytes, seq: int) -> EngineStep:
         self._know(blob)
         return self.codec.decode(blob, f"step {seq}")
 
@@ -204,7 +204,7 @@ class Readable:
             ).all()
         return [(row.seq, row.at_us) for row in rows]
 
-    def way(self, agent: str = "", since: Micros = 0, until: Micros | None = None) -> Iterator[tuple[str, Point]]:
+    def way(self, agent: str = "", since: Micros = 0, until: Micros | None = None) -> Iterator[tuple[str, TrackPoint]]:
         """Return the way points of an agent, or of all, agent by agent in order of time."""
         at = schema.telemetry.c
         query = sa.select(at.agent, at.seq, at.blob).where(at.site == self.number, at.to_us >= since)
@@ -219,7 +219,7 @@ class Readable:
                 if point.at >= since and (until is None or point.at <= until):
                     yield row.agent, point
 
-    def points_at(self, agents: Iterable[str], after: int, until: Micros | None = None) -> dict[str, Point]:
+    def points_at(self, agents: Iterable[str], after: int, until: Micros | None = None) -> dict[str, TrackPoint]:
         """Return the newest way point of each of these agents: of steps after `after`, not later than `until`."""
         at = schema.telemetry.c
         mine = (at.site == self.number) & (at.agent == sa.bindparam("name"))
@@ -228,7 +228,7 @@ class Readable:
             later = self.seq_after(until)
             mine &= at.seq < later if later is not None else sa.true()
         newest = sa.select(at.to_seq, at.blob).where(mine).order_by(at.seq.desc()).limit(1)
-        found: dict[str, Point] = {}
+        found: dict[str, TrackPoint] = {}
         with self._reading() as connection:
             for name in agents:
                 row = connection.execute(newest, {"name": name}).first()

@@ -5,10 +5,10 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 
 
-class Row(Struct, frozen=True):
+class StepRow(Struct, frozen=True):
     """A step ready to be written."""
 
     seq: int
@@ -19,7 +19,7 @@ class Row(Struct, frozen=True):
     blob: bytes
 
 
-class Kept(Struct, frozen=True):
+class KeptStep(Struct, frozen=True):
     """A step as it was written."""
 
     seq: int
@@ -27,7 +27,7 @@ class Kept(Struct, frozen=True):
     wall: Micros
     """Wall time when it was written."""
     kind: str
-    step: Step
+    step: EngineStep
 
 
 class Start(Struct, frozen=True):

@@ -13,11 +13,11 @@ from typing import Final
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import JournalError, SiteError
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.past import follow, without_ended
 from formiga_bt.journal.store import Journal
-from formiga_bt.journal.thin import Point
+from formiga_bt.journal.thin import TrackPoint
 
 SNAPSHOT_STEPS: Final = 2000
 SNAPSHOT_US: Final[Micros] = 3600 * SECOND
@@ -33,7 +33,7 @@ AGAIN_S: Final = 5.0
 END_S: Final = 10.0
 log = logging.getLogger("formiga.journal")
 
-Item = Step | tuple[str, Point]
+Item = EngineStep | tuple[str, TrackPoint]
 """A step that is on disk, or a way point of an agent."""
 
 
@@ -132,7 +132,7 @@ class Shadow:
                 continue
             steps = 0
             for item in items:
-                if isinstance(item, Step):
+                if isinstance(item, EngineStep):
                     follow(self._state, item)
                     steps += 1
                 else:

@@ -22,17 +22,28 @@ from sqlalchemy.exc import SQLAlchemyError
 from formiga_bt import __version__
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError, SiteError
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import CHECK_BYTES, OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.files import Identity
 from formiga_bt.journal.reading import Readable
-from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, Kept, Row, Start
+from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, KeptStep, Start, StepRow
 from formiga_bt.journal.thin import Block, pack
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 
-__all__ = ["SITE_FILES", "BundleRow", "Gap", "Gone", "Journal", "Kept", "Overtaken", "Row", "Start", "Unwritable"]
+__all__ = [
+    "SITE_FILES",
+    "BundleRow",
+    "Gap",
+    "Gone",
+    "Journal",
+    "KeptStep",
+    "Overtaken",
+    "Start",
+    "StepRow",
+    "Unwritable",
+]
 
 DICTIONARIES: Final = 255
 
@@ -213,7 +224,7 @@ class Journal(Readable):
             connection.execute(sa.insert(schema.starts), row)
             self._put_snapshot(connection, state, begun)
 
-    def append(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> None:
+    def append(self, rows: Sequence[StepRow], blocks: Sequence[Block] = ()) -> None:
         """Write steps and way points: all of them or nothing, durable when this returns.
 
         Raises:
@@ -222,7 +233,7 @@ class Journal(Readable):
         """
         self.stage(rows, blocks)()
 
-    def stage(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> Callable[[], None]:
+    def stage(self, rows: Sequence[StepRow], blocks: Sequence[Block] = ()) -> Callable[[], None]:
         """Write steps and way points, and return what commits them: it may be called in another thread, before anything else.
 
         Raises:
@@ -244,7 +255,7 @@ class Journal(Readable):
             raise
         return transaction.commit
 
-    def _step_row(self, row: Row) -> dict[str, Any]:
+    def _step_row(self, row: StepRow) -> dict[str, Any]:
         return {
             "site": self.number, "seq": row.seq, "at_us": row.at, "wall_us": row.wall, "kind": row.kind, "blob": row.blob,
         }  # fmt: skip
@@ -318,7 +329,7 @@ class Journal(Readable):
         with self._transaction(None, None) as connection:
             connection.execute(sa.update(schema.starts).where(mine).values(ended_us=wall))
 
-    def teach(self, steps: Sequence[Step]) -> None:
+    def teach(self, steps: Sequence[EngineStep]) -> None:
         """Learn from steps of this site how to keep steps in less room; once for each version of formiga."""
         if self.is_taught:
             return

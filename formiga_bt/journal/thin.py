@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, EngineStep, GoalEventInput, WallDue
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
@@ -46,7 +46,7 @@ GRAIN: Final = 10
 """Steps of a metre, and of a metre a second."""
 
 
-class Point(Struct, frozen=True, array_like=True):
+class TrackPoint(Struct, frozen=True, array_like=True):
     """Where an agent was, and how; `seq` is that of the step of its status."""
 
     seq: int
@@ -87,10 +87,10 @@ class Point(Struct, frozen=True, array_like=True):
         )  # fmt: skip
 
 
-def point_of(seq: int, agent: AgentRecord) -> Point:
+def point_of(seq: int, agent: AgentRecord) -> TrackPoint:
     """Return the way point of an agent's record as a status left it."""
     at, wind = agent.position, agent.wind
-    return Point(
+    return TrackPoint(
         seq, agent.heard_at,
         None if at is None else round(at.east_m * GRAIN),
         None if at is None else round(at.north_m * GRAIN),
@@ -106,7 +106,7 @@ class Block(Struct, frozen=True):
     """Way points of one agent, oldest first."""
 
     agent: str
-    points: tuple[Point, ...]
+    points: tuple[TrackPoint, ...]
 
 
 class Thinner:
@@ -124,10 +124,10 @@ class Thinner:
         """As the fold of what is kept has them."""
         self._wall: dict[WallTimer, Micros] = dict(state.wall)
         self._goals: dict[str, GoalRecord] = dict(state.goals)
-        self.on_point: Callable[[str, Point], None] | None = None
+        self.on_point: Callable[[str, TrackPoint], None] | None = None
         """Told of each way point."""
-        self._points: dict[str, list[Point]] = {}
-        self._last: dict[str, Point] = {}
+        self._points: dict[str, list[TrackPoint]] = {}
+        self._last: dict[str, TrackPoint] = {}
         self._noted: dict[str, AgentRecord] = {}
         """Records that were compared with their way points."""
         self._look_at: Micros = 0
@@ -135,7 +135,7 @@ class Thinner:
         """Of the last step that is kept."""
         self.dropped = 0
 
-    def keeps(self, step: Step) -> bool:
+    def keeps(self, step: EngineStep) -> bool:
         """Take a step; return whether it is kept."""
         if self._thin and self._is_telemetry(step):
             self.dropped += 1
@@ -156,7 +156,7 @@ class Thinner:
         self.seq, self.at = step.seq, step.at
         return True
 
-    def _is_telemetry(self, step: Step) -> bool:
+    def _is_telemetry(self, step: EngineStep) -> bool:
         if step.effects or step.reply:
             return False
         given: Any = step.input
@@ -248,7 +248,7 @@ _REST: Final = attrgetter(*(name for name in AgentRecord.__struct_fields__ if na
 
 
 # -- way points as bytes -----------------------------------------------------------------------------------------------
-def pack(points: Sequence[Point]) -> bytes:
+def pack(points: Sequence[TrackPoint]) -> bytes:
     """Return way points as columns; times and numbers as differences, which are small."""
     columns = [list(column) for column in zip(*(msgspec.structs.astuple(point) for point in points), strict=True)]
     columns[9] = [stamp - at for stamp, at in zip(columns[9], columns[1], strict=True)]
@@ -256,12 +256,12 @@ def pack(points: Sequence[Point]) -> bytes:
     return msgspec.msgpack.encode([_squeezed(column) for column in columns])
 
 
-def unpack(data: bytes) -> tuple[Point, ...]:
+def unpack(data: bytes) -> tuple[TrackPoint, ...]:
     """Return the way points that `pack` wrote."""
     columns = [_spread(column) for column in msgspec.msgpack.decode(data)]
     columns[9] = [stamp + at for stamp, at in zip(columns[9], columns[1], strict=True)]
     columns[10] = [wall + at for wall, at in zip(columns[10], columns[1], strict=True)]
-    return tuple(Point(*row) for row in zip(*columns, strict=True))
+    return tuple(TrackPoint(*row) for row in zip(*columns, strict=True))
 
 
 def _squeezed(column: list[Any]) -> list[Any]:
@@ -286,7 +286,7 @@ def _spread(column: list[Any]) -> list[Any]:
     return found
 
 
-def lay_over(state: EngineState, points: Mapping[str, Point], put: Mapping[str, int]) -> None:
+def lay_over(state: EngineState, points: Mapping[str, TrackPoint], put: Mapping[str, int]) -> None:
     """Bring agents of a folded state to their newest way points.
 
     Args:

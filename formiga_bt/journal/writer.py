@@ -13,13 +13,13 @@ from msgspec import Struct
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
 from formiga_bt.engine.kernel.records import holder_of
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.journal.past import without_ended
 from formiga_bt.journal.snapshotter import SNAPSHOT_STEPS, Cadence, Item, Shadow
-from formiga_bt.journal.store import Gap, Gone, Journal, Overtaken, Row, Unwritable
+from formiga_bt.journal.store import Gap, Gone, Journal, Overtaken, StepRow, Unwritable
 from formiga_bt.journal.thin import Thinner
 
 LESSON: Final = 256
@@ -74,12 +74,12 @@ class Writer:
         self._state, self._wall, self._clock = state, wall, clock
         self._thinner = Thinner(state(), thin=thin)
         self._level: Level = "ok"
-        self._rows: list[Row] = []
+        self._rows: list[StepRow] = []
         self._rows_bytes = 0
         self._gap: Gap | None = None
         self._retry_at = 0.0
         self._slow_at = 0.0
-        self._lesson: list[Step] = []
+        self._lesson: list[EngineStep] = []
         self._backlog_bytes = backlog_bytes
         self._cadence = Cadence(snapshot_steps)
         self._beside = beside
@@ -108,13 +108,13 @@ class Writer:
             self._thinner.on_point = lambda agent, point: self._items.append((agent, point))
             self._shadow = Shadow(self.journal, copy_of(state), self._cadence)
 
-    def keep(self, steps: Sequence[Step]) -> Outcome:
+    def keep(self, steps: Sequence[EngineStep]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
         if self.start(steps):
             self.commit()
         return self.finish()
 
-    def start(self, steps: Sequence[Step]) -> bool:
+    def start(self, steps: Sequence[EngineStep]) -> bool:
         """Write steps; see `PersistAhead.start`."""
         wall = self._wall()
         for step in steps:
@@ -208,11 +208,11 @@ class Writer:
         return Outcome(False, news)
 
     # -- one step ----------------------------------------------------------------------------------------------------
-    def _take(self, step: Step, wall: Micros) -> None:
+    def _take(self, step: EngineStep, wall: Micros) -> None:
         if not self.journal.is_taught:
             self._lesson.append(step)
         blob = self.journal.codec.encode(step)
-        self._rows.append(Row(step.seq, step.at, wall, kind_of(step.input), tasks_of(step), blob))
+        self._rows.append(StepRow(step.seq, step.at, wall, kind_of(step.input), tasks_of(step), blob))
         self._rows_bytes += len(blob)
         if self._beside:
             self._items.append(step)
@@ -295,7 +295,7 @@ def kind_of(given: inp.Input) -> str:
     return str(type(given).__struct_config__.tag)
 
 
-def tasks_of(step: Step) -> tuple[str, ...]:
+def tasks_of(step: EngineStep) -> tuple[str, ...]:
     """Return the tasks that a step touched, in order."""
     found: dict[str, None] = {}
     for parts in ((step.input,), step.changes, step.effects):

@@ -18,7 +18,7 @@ from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.scope import MaybeUnset
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
-from formiga_bt.lang.flow import Around, Flow, Named
+from formiga_bt.lang.flow import Around, Flow, NamedValue
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.request.binding import never
@@ -40,7 +40,7 @@ class Body:
         self.world = world
         self.problems = problems
         self.resolve = resolve
-        self.names: dict[str, Named] = {}
+        self.names: dict[str, NamedValue] = {}
         self.agents: dict[str, tuple[str, ...]] = {}
         """Roles and params of type agent -> their agent types (empty = any)."""
         self.lists: dict[str, int] = {}
@@ -67,7 +67,7 @@ class Body:
         """Saved names that were read before the step that saves them."""
         self.optional: frozenset[str] = frozenset()
         self.vars: frozenset[str] = frozenset()
-        self.every: dict[str, Named] = {}
+        self.every: dict[str, NamedValue] = {}
         """All saved names so far, on whatever path."""
         self.later: dict[str, Mark] = {}
         self.used: set[str] = set()
@@ -81,7 +81,7 @@ class Body:
 
     # --- names -------------------------------------------------------------------------------------------------
 
-    def define(self, name: str, named: Named, optional: bool = False) -> None:
+    def define(self, name: str, named: NamedValue, optional: bool = False) -> None:
         """Add a param, var or role."""
         self.names[name] = named
         if name in BUILT_IN or name in STANDARD.names():
@@ -97,7 +97,7 @@ class Body:
     def save(self, at: Scalar, of: Type) -> str:
         """Define a saved name from here on; report E018 if it is taken."""
         name = at.text
-        named = Named(of, at.mark, "saved")
+        named = NamedValue(of, at.mark, "saved")
         before = len(self.problems.found)
         old = self.names.get(name)
         first = self.every.get(name)
@@ -137,7 +137,7 @@ class Body:
         self.count(node)
         for at in saves(node):
             if at.text not in self.flow.saved:
-                named = Named(ANY, at.mark, "saved")
+                named = NamedValue(ANY, at.mark, "saved")
                 self.flow.saved[at.text] = named
                 self.every.setdefault(at.text, named)
             self.flow.sure |= {at.text}

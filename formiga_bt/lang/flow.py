@@ -7,7 +7,7 @@ from formiga_bt.lang.types import Type
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class NamedValue:
     """A name of a body: its type, where it was defined, and as what."""
 
     type: Type
@@ -20,7 +20,7 @@ class Named:
 class Flow:
     """What holds at one point of a body: saved names, those surely set, those that may not be saved again."""
 
-    saved: dict[str, Named] = field(default_factory=dict)
+    saved: dict[str, NamedValue] = field(default_factory=dict)
     sure: frozenset[str] = frozenset()
     taken: frozenset[str] = frozenset()
     dead: bool = False
@@ -35,7 +35,7 @@ class Flow:
 
 def join(*flows: Flow) -> Flow:
     """Return what holds where the paths meet: a name is surely set only if it is on every live path."""
-    saved: dict[str, Named] = {}
+    saved: dict[str, NamedValue] = {}
     taken: frozenset[str] = frozenset()
     released: dict[str, Mark] = {}
     for flow in flows:

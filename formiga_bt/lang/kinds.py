@@ -55,7 +55,7 @@ class Option:
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class StepKind:
     """A step kind: the form of its own value, its options, and one line for people."""
 
     name: str
@@ -114,8 +114,8 @@ MODIFIERS: Final[tuple[Option, ...]] = (
 """Modifiers of any step. Nesting: when( ignore_failure( timeout( retry( step))))."""
 
 _KINDS: Final = (
-    Kind("do", "action", "Send a goal to an agent and run until its result.", (_WITH, _SAVE, _EXPECT)),
-    Kind(
+    StepKind("do", "action", "Send a goal to an agent and run until its result.", (_WITH, _SAVE, _EXPECT)),
+    StepKind(
         "ask",
         "text",
         "Put a question to people; the result is {answer, by, at}.",
@@ -130,8 +130,8 @@ _KINDS: Final = (
             _EXPECT,
         ),
     ),
-    Kind("call", "name", "Run a subtree in its own scope.", (_WITH, _SAVE)),
-    Kind(
+    StepKind("call", "name", "Run a subtree in its own scope.", (_WITH, _SAVE)),
+    StepKind(
         "request",
         "name",
         "Start another task.",
@@ -143,17 +143,17 @@ _KINDS: Final = (
             _SAVE,
         ),
     ),
-    Kind("wait", "value", "Wait this long.", type="duration"),
-    Kind("wait_until", "cond", "Wait until this holds."),
-    Kind(
+    StepKind("wait", "value", "Wait this long.", type="duration"),
+    StepKind("wait_until", "cond", "Wait until this holds."),
+    StepKind(
         "wait_for",
         "name",
         "Wait for an event of an agent: role.event.",
         (Option("since", "word", "Which events count (step).", values=("step", "task"), default="step"), _SAVE),
     ),
-    Kind("check", "cond", "Succeed or fail now.", (Option("message", "text", "Why it failed, for people."),)),
-    Kind("set", "map", "Assign vars."),
-    Kind(
+    StepKind("check", "cond", "Succeed or fail now.", (Option("message", "text", "Why it failed, for people."),)),
+    StepKind("set", "map", "Assign vars."),
+    StepKind(
         "notify",
         "text",
         "Tell people; never fails.",
@@ -162,24 +162,24 @@ _KINDS: Final = (
             Option("severity", "word", "How loud (info).", values=("info", "warning", "alarm"), default="info"),
         ),
     ),
-    Kind(
+    StepKind(
         "fail", "text", "Fail with this message.", (Option("code", "word", "A snake_case word, shown as failed:code."),)
     ),
-    Kind("release", "name", "Give an agent back before the end."),
-    Kind(
+    StepKind("release", "name", "Give an agent back before the end."),
+    StepKind(
         "sequence",
         "steps",
         "Steps one after another.",
         (_REACTIVE, Option("finally", "steps", "Always, when the sequence ends.")),
     ),
-    Kind("fallback", "steps", "The first that succeeds.", (_REACTIVE,)),
-    Kind(
+    StepKind("fallback", "steps", "The first that succeeds.", (_REACTIVE,)),
+    StepKind(
         "parallel",
         "steps",
         "Branches at the same time.",
         (Option("need", "value", "How many must succeed: all, any or a number (all)."), _CHILD_FAILURE),
     ),
-    Kind(
+    StepKind(
         "if",
         "cond",
         "Branch on a condition.",
@@ -188,7 +188,7 @@ _KINDS: Final = (
             Option("else", "steps", "If it does not."),
         ),
     ),
-    Kind(
+    StepKind(
         "switch",
         "expr",
         "Branch on a value.",
@@ -197,9 +197,9 @@ _KINDS: Final = (
             Option("default", "steps", "If no case fits."),
         ),
     ),
-    Kind("while", "cond", "Repeat as long as this holds.", _ROUNDS),
-    Kind("repeat", "value", "Repeat a number of times, for a duration, or forever.", _ROUNDS),
-    Kind(
+    StepKind("while", "cond", "Repeat as long as this holds.", _ROUNDS),
+    StepKind("repeat", "value", "Repeat a number of times, for a duration, or forever.", _ROUNDS),
+    StepKind(
         "for",
         "map",
         "Once for each item of a list.",
@@ -214,12 +214,12 @@ _KINDS: Final = (
             Option("collect", "name", "Gather this saved name of the body as a list."),
         ),
     ),
-    Kind("break_if", "cond", "Leave the nearest loop with success."),
-    Kind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,)),
-    Kind("with_agents", "map", "Extra agents for this block.", (_STEPS,)),
+    StepKind("break_if", "cond", "Leave the nearest loop with success."),
+    StepKind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,)),
+    StepKind("with_agents", "map", "Extra agents for this block.", (_STEPS,)),
 )
 
-KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _KINDS})
+KINDS: Final[Mapping[str, StepKind]] = MappingProxyType({kind.name: kind for kind in _KINDS})
 """Every step kind by its name, in the order of the docs."""
 
 PARAM: Final[tuple[Option, ...]] = (

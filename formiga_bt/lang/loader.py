@@ -19,7 +19,7 @@ from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks.whole import check_task
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.files import Shelf, Unit, read_file
-from formiga_bt.lang.flow import Flow, Named
+from formiga_bt.lang.flow import Flow, NamedValue
 from formiga_bt.lang.model import Catalogue, Role, Site, Step, Subtree, Task
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.records import ABORT, ERROR
@@ -216,7 +216,7 @@ class _TaskReader:
         parts: dict[str, Any] = {}
         params = read_params(keys["params"].value, self.world, self.problems) if "params" in keys else {}
         for param in params.values():
-            named = Named(not_held(param.type), param.mark, "param")
+            named = NamedValue(not_held(param.type), param.mark, "param")
             body.define(param.name, named, param.optional and param.default is None)
         body.agents = agent_types_of(params)
         parts["params"] = params

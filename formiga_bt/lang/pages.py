@@ -17,7 +17,7 @@ _TABLE_ROW: Final = re.compile(r"^\| (`[^|]+`(?:, `[^|]+`)*) \| (.*) \|$")
 
 
 @dataclass(frozen=True, slots=True)
-class Example:
+class PageExample:
     """A piece of a file; `of` says of which: a task (""), a site, or a catalogue with a task after `---`."""
 
     text: str
@@ -25,7 +25,7 @@ class Example:
 
 
 @dataclass(frozen=True, slots=True)
-class Page:
+class CodePage:
     """What a code of the checker means."""
 
     code: str
@@ -35,8 +35,8 @@ class Page:
     """What helps, in a line; may be empty."""
     text: str
     """The section of the code, Markdown; empty if there is none."""
-    wrong: Example | None = None
-    right: Example | None = None
+    wrong: PageExample | None = None
+    right: PageExample | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +49,15 @@ class Reason:
 
 
 @cache
-def pages() -> dict[str, Page]:
+def pages() -> dict[str, CodePage]:
     """Return the pages of the checker's codes, in the order of the table."""
     text = (folder("docs") / "errors.md").read_text(encoding="utf-8")
     sections = {code: body.strip() for code, body in _SECTION.findall(text)}
     found = {}
     for code, wrong_is, helps in _ROW.findall(text):
         body = sections.get(code, "")
-        examples = {which: Example(inside, of) for which, of, inside in _FENCE.findall(body)}
-        found[code] = Page(code, wrong_is, helps, body, examples.get("wrong"), examples.get("right"))
+        examples = {which: PageExample(inside, of) for which, of, inside in _FENCE.findall(body)}
+        found[code] = CodePage(code, wrong_is, helps, body, examples.get("wrong"), examples.get("right"))
     return found
 
 
@@ -99,7 +99,7 @@ _HEAD = {
 }
 
 
-def whole(example: Example) -> str:
+def whole(example: PageExample) -> str:
     """Return the file of which an example is a piece: what the examples leave out is said at the head of docs/errors.md."""
     text = example.text.rpartition("---\n")[2]
     if example.of == "site":

@@ -2,7 +2,7 @@
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.files import Unit
-from formiga_bt.lang.flow import Named
+from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import SUBTREE
 from formiga_bt.lang.model import Subtree
@@ -80,7 +80,9 @@ class Subtrees:
         params = read_params(keys["params"].value, self.world, self.problems) if "params" in keys else {}
         body = Body(self.world, self.problems, lambda at: self.resolve(unit, at))
         for param in params.values():
-            body.define(param.name, Named(param.type, param.mark, "param"), param.optional and param.default is None)
+            body.define(
+                param.name, NamedValue(param.type, param.mark, "param"), param.optional and param.default is None
+            )
         body.agents = agent_types_of(params)
         steps_node = keys["steps"].value if "steps" in keys else None
         if steps_node is not None:

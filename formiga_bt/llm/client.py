@@ -13,7 +13,7 @@ from formiga_bt.llm.endpoint import Endpoint
 from formiga_bt.llm.errors import LlmError
 from formiga_bt.llm.models import usable
 from formiga_bt.llm.presets import LOCAL, OTHER, PRESETS, Preset, azure_settings, checked_url, key_of, price_of
-from formiga_bt.llm.records import Message, Reply
+from formiga_bt.llm.records import Message, ModelReply
 from formiga_bt.llm.wire import shown
 
 
@@ -38,13 +38,13 @@ class Chat(Protocol):
         seed: int | None = None,
         on_progress: Callable[[int], None] | None = None,
         cancel: threading.Event | None = None,
-    ) -> Reply:
+    ) -> ModelReply:
         """Ask, and return what the model answered. Blocks until then.
 
         Args:
             messages: the talk so far; the last one is the question.
             schema: JSON Schema of the answer. The answer is held to it as well as the provider can, and is not validated
-                here: the caller checks `Reply.data`. None: the answer is text.
+                here: the caller checks `ModelReply.data`. None: the answer is text.
             max_tokens: of the answer; at that length it is cut off, and `finish` says so.
             temperature: 0 takes the most likely answer.
             seed: for providers that draw; some ignore it.

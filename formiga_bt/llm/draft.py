@@ -22,7 +22,7 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm import prompt
 from formiga_bt.llm.client import Chat
 from formiga_bt.llm.edits.nearby import Near, nearest
-from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of, without_refusal
+from formiga_bt.llm.envelope import Form, ModelAnswer, NoAnswer, read_answer, schema_of, without_refusal
 from formiga_bt.llm.errors import Cancelled, LlmError
 from formiga_bt.llm.examples import examples_of, most_similar
 from formiga_bt.llm.following import following
@@ -30,7 +30,7 @@ from formiga_bt.llm.judging.agreeing import are_at_odds, elected, is_settled
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.judging.needless import is_told
-from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
+from formiga_bt.llm.records import Draft, Message, ModelReply, Round, Shortfall
 from formiga_bt.llm.rounds import Try, at_odds, guarded, is_unreadable, missing, sound, unreadable, version_of
 from formiga_bt.llm.vocabulary import offered, verbs_of
 from formiga_bt.llm.words.beyond import beyond
@@ -41,7 +41,7 @@ from formiga_bt.llm.words.only_question import only_question, tree_of
 from formiga_bt.llm.words.plain_words import plainly
 from formiga_bt.llm.words.points import with_points
 from formiga_bt.llm.words.wording import Words, read, roles_of, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 Progress = Callable[[str, int], None]
 """Is told what goes on (`asking`, `checking`) and how many tokens of an answer there are."""
@@ -76,7 +76,7 @@ class Options(Struct, frozen=True, kw_only=True):
 
 def draft(
     request: str,
-    world: World,
+    world: RequestWorld,
     chat: Chat,
     *,
     options: Options | None = None,
@@ -120,7 +120,7 @@ class _Drafting:
     def __init__(
         self,
         request: str,
-        world: World,
+        world: RequestWorld,
         chat: Chat,
         options: Options,
         edit: tuple[str, str] | None,
@@ -159,7 +159,7 @@ class _Drafting:
         if self._before is None and goes_nowhere(self._words, self._world):
             return self._where("")
         asked = self._messages()
-        best: tuple[Answer, Judged] | None = None
+        best: tuple[ModelAnswer, Judged] | None = None
         messages, seen = asked, set[str]()
         for number in range(1 + self._options.rounds):
             tries = max(1, self._options.candidates) if number == 0 else 1
@@ -221,7 +221,9 @@ class _Drafting:
         site = self._world.site
         return prompt.reading(read(request, site, self._world.catalogue), self._world)
 
-    def _best_of(self, messages: list[Message], tries: int, number: int) -> tuple[Answer | None, Judged | None, Reply]:
+    def _best_of(
+        self, messages: list[Message], tries: int, number: int
+    ) -> tuple[ModelAnswer | None, Judged | None, ModelReply]:
         """Ask, once or several times, and return the answer that is taken; its round is the last one."""
         found: list[Try] = []
         good: list[Try] = []
@@ -257,7 +259,7 @@ class _Drafting:
 
     def _ask(
         self, messages: list[Message], temperature: float, seed: int | None
-    ) -> tuple[Answer | None, Judged | None, Reply, Round]:
+    ) -> tuple[ModelAnswer | None, Judged | None, ModelReply, Round]:
         self._progress("asking", 0)
         reply = self._chat.complete(
             messages,
@@ -271,7 +273,7 @@ class _Drafting:
         reply = sound(reply)
         said = tuple(messages)
 
-        def without(code: str, text: str, help_: str = "") -> tuple[None, None, Reply, Round]:
+        def without(code: str, text: str, help_: str = "") -> tuple[None, None, ModelReply, Round]:
             return None, None, reply, Round(messages=said, reply=reply, shortfalls=(Shortfall(code, text, help=help_),))
 
         if reply.finish == "length":
@@ -307,7 +309,7 @@ class _Drafting:
         )
         return answer, judged, reply, one
 
-    def _judge(self, answer: Answer, edited: tuple[str, ...] = ()) -> Judged:
+    def _judge(self, answer: ModelAnswer, edited: tuple[str, ...] = ()) -> Judged:
         if self._version and self._options.form == "short":
             answer = replace(answer, tree={**(answer.tree or {}), "version": self._version})
         return guarded(
@@ -325,7 +327,7 @@ class _Drafting:
             lambda error: unreadable(error, edited),
         )
 
-    def _nearest(self, answer: Answer, judged: Judged) -> Near | None:
+    def _nearest(self, answer: ModelAnswer, judged: Judged) -> Near | None:
         """Return the nearest tree, edited or not; None: what cannot be read cannot be edited."""
         if is_unreadable(judged):
             return None
@@ -340,19 +342,19 @@ class _Drafting:
             return self._words
         return read(f"{self._before[0]}\n{self._request}", self._plain_world.site, self._plain_world.catalogue)
 
-    def _said(self, answer: Answer) -> Draft:
+    def _said(self, answer: ModelAnswer) -> Draft:
         if answer.question:
             return self._done("question", plan=answer.plan, say=answer.question)
         why = GROUNDLESS if is_groundless(answer.impossible, self._words, self._world) else answer.impossible
         return self._done("impossible", plan=answer.plan, say=_sentences(why, answer.instead))
 
-    def _own(self, best: tuple[Answer, Judged] | None) -> tuple[Answer, Judged] | None:
+    def _own(self, best: tuple[ModelAnswer, Judged] | None) -> tuple[ModelAnswer, Judged] | None:
         """Return the best answer, or if none passes and only a question is wanted, the task of that question."""
         is_new = self._options.form == "short" and self._before is None
         only = only_question(self._words, self._world) if is_new else None
         if only is None or (best is not None and not best[1].errors):
             return best
-        answer = Answer("", tree=tree_of(only))
+        answer = ModelAnswer("", tree=tree_of(only))
         who = " and ".join(one.id or f"a {one.type}" for one in only.people)
         judged = self._judge(
             answer, (f"the question of the request is put to {who}, and no more: no answer of the model did that",)
@@ -363,7 +365,7 @@ class _Drafting:
         self._rounds.append(
             Round(
                 messages=(),
-                reply=Reply(text=text),
+                reply=ModelReply(text=text),
                 yaml=judged.yaml,
                 shortfalls=judged.shortfalls,
                 flight=judged.flight,
@@ -373,7 +375,7 @@ class _Drafting:
         )
         return answer, judged
 
-    def _judged(self, best: tuple[Answer, Judged] | None) -> Draft:
+    def _judged(self, best: tuple[ModelAnswer, Judged] | None) -> Draft:
         names_nothing = not (self._words.places or self._words.agents or self._words.amounts) and self._before is None
         if best is None and names_nothing and self._rounds and self._rounds[-1].shortfalls[0].code == "contradicted":
             return self._where("")

@@ -32,7 +32,7 @@ PROPOSED: Final = "mcp:"
 """Before the name of an assistant, as the provider of its proposals."""
 
 
-class Kept(msgspec.Struct, frozen=True):
+class KeptDraft(msgspec.Struct, frozen=True):
     """A draft that waits."""
 
     number: int
@@ -74,7 +74,7 @@ def drafts_folder(site_file: Path | None, site: str) -> Path:
     return beside / FOLDER / site / DRAFTS
 
 
-def keep(folder: Path, draft: Draft, origin: Origin) -> Kept:
+def keep(folder: Path, draft: Draft, origin: Origin) -> KeptDraft:
     """Write a draft under the next number.
 
     Raises:
@@ -88,10 +88,10 @@ def keep(folder: Path, draft: Draft, origin: Origin) -> Kept:
     write_durably(place / TASK, whole(draft.yaml if draft.yaml.endswith("\n") else draft.yaml + "\n"))
     write_durably(place / ORIGIN, _json(origin))
     write_durably(place / DRAFT, _json(draft))
-    return Kept(number, place, draft, origin)
+    return KeptDraft(number, place, draft, origin)
 
 
-def read_draft(folder: Path, number: int) -> Kept:
+def read_draft(folder: Path, number: int) -> KeptDraft:
     """Return a draft that waits. Its task is what `task.yaml` says now: a person may have mended it.
 
     Raises:
@@ -109,7 +109,7 @@ def read_draft(folder: Path, number: int) -> Kept:
         raise UnusableFile(
             f"draft {number} cannot be read: {error}\n  help: remove {place}, and draft it again"
         ) from error
-    return Kept(number, place, msgspec.structs.replace(draft, yaml=yaml), origin)
+    return KeptDraft(number, place, msgspec.structs.replace(draft, yaml=yaml), origin)
 
 
 def numbers(folder: Path) -> list[int]:

@@ -15,7 +15,7 @@ from formiga_bt.llm.shaping.lifting import Lifter
 from formiga_bt.llm.shaping.short import ASKED_FOR, expanded
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 VERSION: Final = "0.1.0"
 """Of a task that nobody gave one."""
@@ -31,7 +31,7 @@ class _TooMuch(Exception):  # noqa: N818 - a signal, never seen outside
     """The short form cannot say it."""
 
 
-def as_answer(text: str, world: World, form: Form = "short", *, exact: bool = True) -> tuple[str, str, Form]:
+def as_answer(text: str, world: RequestWorld, form: Form = "short", *, exact: bool = True) -> tuple[str, str, Form]:
     """Return what a task is for, the JSON of an answer with it, and the form that it is in.
 
     Args:
@@ -59,7 +59,7 @@ def as_answer(text: str, world: World, form: Form = "short", *, exact: bool = Tr
 
 
 class _Shortener:
-    def __init__(self, data: dict[str, Any], world: World, *, exact: bool) -> None:
+    def __init__(self, data: dict[str, Any], world: RequestWorld, *, exact: bool) -> None:
         self._data, self._world, self._exact = data, world, exact
         self._verbs = verbs_of(world)
         self._params = data.get("params", ())

@@ -18,10 +18,19 @@ import msgspec
 
 from formiga_bt.base.extras import install
 from formiga_bt.llm import ladder
-from formiga_bt.llm.errors import Cancelled, LlmError, NoKey, Refused, TooLong, Unreachable
+from formiga_bt.llm.errors import Cancelled, EndpointRefused, EndpointUnreachable, LlmError, NoKey, TooLong
 from formiga_bt.llm.presets import OTHER, OWN_KEY, Preset, Price, cost_usd, is_loopback
-from formiga_bt.llm.records import Message, Reply, Rung, Usage
-from formiga_bt.llm.wire import Failure, NotTheProtocol, Piece, masked, message_of, pieces, retry_after_s, shown
+from formiga_bt.llm.records import Message, ModelReply, Rung, Usage
+from formiga_bt.llm.wire import (
+    AnswerPiece,
+    EndpointFailure,
+    NotTheProtocol,
+    masked,
+    message_of,
+    pieces,
+    retry_after_s,
+    shown,
+)
 
 ATTEMPTS: Final = 4
 """How often a question is asked of an endpoint that is busy or breaks off."""
@@ -89,7 +98,7 @@ class Endpoint:
         seed: int | None = None,
         on_progress: Callable[[int], None] | None = None,
         cancel: threading.Event | None = None,
-    ) -> Reply:
+    ) -> ModelReply:
         """Ask; see `Chat`."""
         _check_installed()
         began = time.monotonic()
@@ -100,7 +109,7 @@ class Endpoint:
         is_once = False
         while True:
             answer = self._asked(self._body(question, rung), patience)
-            if not isinstance(answer, Failure):
+            if not isinstance(answer, EndpointFailure):
                 break
             if self._is_adapted(answer):
                 continue
@@ -118,7 +127,7 @@ class Endpoint:
         usage = answer.usage or Usage(completion=answer.tokens)
         if self._price is not None and answer.usage is not None:
             usage = msgspec.structs.replace(usage, cost_usd=cost_usd(self._price, usage))
-        return Reply(
+        return ModelReply(
             text=text,
             data=data,
             finish="length" if answer.finish == "length" else "stop",
@@ -141,7 +150,7 @@ class Endpoint:
             put([masked(str(one.id), self._key) for one in self._client().models.list().data])
 
         for item in self._heard(ask, _Patience(time.monotonic() + 2 * CONNECT_S, threading.Event(), None)):
-            if isinstance(item, Failure):
+            if isinstance(item, EndpointFailure):
                 raise self._error(item)
             found = item
         return found
@@ -156,12 +165,12 @@ class Endpoint:
         if http is not None:
             http.close()
 
-    def _asked(self, body: Mapping[str, Any], patience: "_Patience") -> "_Answer | Failure":
+    def _asked(self, body: Mapping[str, Any], patience: "_Patience") -> "_Answer | EndpointFailure":
         """Return the answer; a busy endpoint is asked again after a while."""
         wait_s = self._first_wait_s
         for attempt in range(1, ATTEMPTS + 1):
             answer = self._once(body, patience)
-            if not isinstance(answer, Failure) or attempt == ATTEMPTS or not _is_passing(answer):
+            if not isinstance(answer, EndpointFailure) or attempt == ATTEMPTS or not _is_passing(answer):
                 break
             pause_s = wait_s if answer.retry_after_s is None else answer.retry_after_s
             if pause_s > LONGEST_WAIT_S or time.monotonic() + pause_s > patience.until:
@@ -171,30 +180,30 @@ class Endpoint:
             wait_s *= 2
         return answer
 
-    def _once(self, body: Mapping[str, Any], patience: "_Patience") -> "_Answer | Failure":
+    def _once(self, body: Mapping[str, Any], patience: "_Patience") -> "_Answer | EndpointFailure":
         text: list[str] = []
         tokens, finish, usage = 0, "", None
         letters, most = 0, 64 * int(body[self._limit_word]) + 65536
         with closing(self._heard(lambda put: self._spoken(body, put), patience)) as heard:
             for item in heard:
-                if isinstance(item, Failure):
+                if isinstance(item, EndpointFailure):
                     return item
-                piece: Piece = item
+                piece: AnswerPiece = item
                 text.append(piece.text)
                 letters += len(piece.text)
                 tokens += piece.tokens
                 finish = piece.finish or finish or ("stop" if piece.is_last else "")
                 usage = piece.usage or usage
                 if letters > most:
-                    raise Refused(
+                    raise EndpointRefused(
                         f"{self._where} answers far more than it was asked for; it was stopped\n  help: another model"
                     )
                 if piece.tokens and patience.on_progress is not None:
                     patience.on_progress(tokens)
         if not finish:
-            return Failure(text="the answer broke off")
+            return EndpointFailure(text="the answer broke off")
         if finish == "content_filter":
-            raise Refused(
+            raise EndpointRefused(
                 f"{self._where} holds its answer back: a filter of the provider\n  help: say it in other words"
             )
         return _Answer("".join(text), finish, usage, tokens)
@@ -218,13 +227,13 @@ class Endpoint:
                 if patience.cancel.is_set():
                     raise Cancelled("stopped: the answer was not waited for")
                 if time.monotonic() > patience.until:
-                    yield Failure(is_timeout=True)
+                    yield EndpointFailure(is_timeout=True)
                     return
                 try:
                     item = heard.get(timeout=POLL_S)
                 except queue.Empty:
                     continue
-                is_over = item is _END or isinstance(item, Failure)
+                is_over = item is _END or isinstance(item, EndpointFailure)
                 if item is not _END:
                     yield item
         finally:
@@ -263,7 +272,7 @@ class Endpoint:
             **more,
         }
 
-    def _is_adapted(self, failure: Failure) -> bool:
+    def _is_adapted(self, failure: EndpointFailure) -> bool:
         """Learn of a parameter that the endpoint does not know. Return whether it is to be asked again."""
         if failure.status not in (400, 422) or not NOT_KNOWN.search(failure.text):
             return False
@@ -316,18 +325,18 @@ class Endpoint:
     def _where(self) -> str:
         return self.base_url if self.name in (OTHER, "local") else f"{self.name} ({self.base_url})"
 
-    def _error(self, failure: Failure) -> LlmError:
+    def _error(self, failure: EndpointFailure) -> LlmError:
         """Return the error that tells a person of a failure. Never has the key in it."""
         words = shown(failure.text.replace(self._key, "***") if self._key else failure.text)
         where, status = self._where, failure.status
         if failure.is_timeout:
-            return Unreachable(
+            return EndpointUnreachable(
                 f"{where}: no answer within {self._whole_s:g} s\n  help: FORMIGA_LLM_TIMEOUT=900, or a smaller model"
             )
         if failure.is_lasting:
-            return Unreachable(f"{where}: {words}\n  help: is the address right? It often ends in /v1")
+            return EndpointUnreachable(f"{where}: {words}\n  help: is the address right? It often ends in /v1")
         if not status:
-            return Unreachable(f"{where} does not answer: {words}\n  help: {self._start_it()}")
+            return EndpointUnreachable(f"{where} does not answer: {words}\n  help: {self._start_it()}")
         if status in (401, 403):
             variable = " or ".join((OWN_KEY, *self._preset.keys)) if self._key else OWN_KEY
             what = "refuses the key" if self._key else "wants a key"
@@ -338,16 +347,16 @@ class Endpoint:
                 "  help: a shorter request, or another model"
             )
         if status == 404:
-            return Refused(
+            return EndpointRefused(
                 f"{where} has no model '{self.model}' (HTTP 404): {words}\n"
                 "  help: name another with --model, or another address"
             )
         if status == 429:
             later = f"; it asks to wait {failure.retry_after_s:g} s" if failure.retry_after_s else ""
-            return Refused(
+            return EndpointRefused(
                 f"{where}: its limit is reached (HTTP 429){later}: {words}\n  help: try later, or another provider"
             )
-        return Refused(f"{where} says no (HTTP {status}): {words}")
+        return EndpointRefused(f"{where} says no (HTTP {status}): {words}")
 
     def _start_it(self) -> str:
         if not is_loopback(self.base_url):
@@ -379,7 +388,7 @@ class _Answer(msgspec.Struct, frozen=True):
 _END: Final = object()
 
 
-def _is_passing(failure: Failure) -> bool:
+def _is_passing(failure: EndpointFailure) -> bool:
     """Return whether the same question may do better in a while."""
     if failure.is_timeout or failure.is_lasting or ladder.is_about_form(failure.status, failure.text):
         return False
@@ -391,7 +400,7 @@ def _check_installed() -> None:
         raise LlmError(f"asking a language model needs a package more\n  help: {install('llm')}")
 
 
-def _mapped(work: Callable[[], None]) -> Failure | None:
+def _mapped(work: Callable[[], None]) -> EndpointFailure | None:
     """Do it, and return what went wrong, without what a library's errors carry: they know the key."""
     import openai
 
@@ -400,15 +409,15 @@ def _mapped(work: Callable[[], None]) -> Failure | None:
     except openai.APIStatusError as error:
         words, param = message_of(error.body if error.body is not None else error.message)
         after = retry_after_s(error.response.headers)
-        return Failure(status=error.status_code, text=words, param=param, retry_after_s=after)
+        return EndpointFailure(status=error.status_code, text=words, param=param, retry_after_s=after)
     except openai.APITimeoutError as error:
         if "Connect" in type(error.__cause__).__name__:
-            return Failure(text=f"no connection within {CONNECT_S:g} s")
-        return Failure(is_timeout=True)
+            return EndpointFailure(text=f"no connection within {CONNECT_S:g} s")
+        return EndpointFailure(is_timeout=True)
     except NotTheProtocol as error:
-        return Failure(text=f"it sends something else than the protocol of OpenAI ({error})", is_lasting=True)
+        return EndpointFailure(text=f"it sends something else than the protocol of OpenAI ({error})", is_lasting=True)
     except Exception as error:  # noqa: BLE001 - of the libraries below: a connection that was refused, or broke off
-        return Failure(text=_root(error))
+        return EndpointFailure(text=_root(error))
     return None
 
 

@@ -16,8 +16,8 @@ from typing import Any, Final, Literal
 
 from formiga_bt.lang.expr.scope import AGENT_FIELDS
 from formiga_bt.llm.letters import whole
-from formiga_bt.llm.vocabulary import Verb
-from formiga_bt.llm.world import World
+from formiga_bt.llm.vocabulary import AgentVerb
+from formiga_bt.llm.world import RequestWorld
 
 Form = Literal["short", "full"]
 Schema = dict[str, Any]
@@ -43,7 +43,7 @@ class NoAnswer(ValueError):  # noqa: N818 - it says what is missing
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ModelAnswer:
     """An answer as read. Exactly one of `tree`, `question` and `impossible` is given."""
 
     plan: str
@@ -55,8 +55,8 @@ class Answer:
 
 
 def schema_of(
-    world: World,
-    verbs: Mapping[str, Verb],
+    world: RequestWorld,
+    verbs: Mapping[str, AgentVerb],
     form: Form = "short",
     *,
     typed: bool = False,
@@ -103,7 +103,7 @@ def without_refusal(schema: Schema, *, may_ask: bool = True) -> Schema:
     return {**schema, "properties": {**schema["properties"], "answer": {"anyOf": kinds}}}
 
 
-def _task(world: World) -> Schema:
+def _task(world: RequestWorld) -> Schema:
     types = [name for name in world.catalogue.types if name != "person"]
     on_site = {agent.type for agent in world.site.agents.values()}
     usual = [name for name in types if name in on_site or any(name in _parents(world, t) for t in on_site)]
@@ -136,11 +136,11 @@ def _exactly(roles: Sequence[tuple[str, int]]) -> Schema:
     return lists[0] if len(lists) == 1 else {"anyOf": lists}
 
 
-def _parents(world: World, type_: str) -> tuple[str, ...]:
+def _parents(world: RequestWorld, type_: str) -> tuple[str, ...]:
     return world.catalogue.types[type_].extends if type_ in world.catalogue.types else ()
 
 
-def _steps(verbs: Mapping[str, Verb], shape: Mapping[str, Schema]) -> Schema:
+def _steps(verbs: Mapping[str, AgentVerb], shape: Mapping[str, Schema]) -> Schema:
     steps = _list_of_steps()
     found: Schema = {}
     for verb in verbs.values():
@@ -173,7 +173,7 @@ def _steps(verbs: Mapping[str, Verb], shape: Mapping[str, Schema]) -> Schema:
     return {"step": {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in found]}, **found}
 
 
-def shapes(world: World) -> dict[str, Schema]:
+def shapes(world: RequestWorld) -> dict[str, Schema]:
     """Return how the values of each type look in the short form: patterns that small models are held to.
 
     Args:
@@ -227,7 +227,7 @@ def _closed(properties: Schema, required: list[str] | None = None) -> Schema:
     }
 
 
-def read_answer(data: Any, text: str = "") -> Answer:
+def read_answer(data: Any, text: str = "") -> ModelAnswer:
     """Read a reply.
 
     Args:
@@ -246,13 +246,13 @@ def read_answer(data: Any, text: str = "") -> Answer:
     answer = value.get("answer", value)
     if isinstance(answer, dict) and isinstance(answer.get("tree"), dict):
         run = answer.get("run", value.get("run"))
-        return Answer(plan, tree=answer["tree"], run=_values(run))
+        return ModelAnswer(plan, tree=answer["tree"], run=_values(run))
     if isinstance(answer, dict) and "steps" in answer and "task" in answer:
-        return Answer(plan, tree={k: v for k, v in answer.items() if k not in ("plan", "run")})
+        return ModelAnswer(plan, tree={k: v for k, v in answer.items() if k not in ("plan", "run")})
     if isinstance(answer, dict) and _prose(answer.get("question")):
-        return Answer(plan, question=_prose(answer["question"]))
+        return ModelAnswer(plan, question=_prose(answer["question"]))
     if isinstance(answer, dict) and _prose(answer.get("impossible")):
-        return Answer(plan, impossible=_prose(answer["impossible"]), instead=_prose(answer.get("instead")))
+        return ModelAnswer(plan, impossible=_prose(answer["impossible"]), instead=_prose(answer.get("instead")))
     raise NoAnswer('"answer" must hold a "tree", a "question", or "impossible" with "instead"')
 
 

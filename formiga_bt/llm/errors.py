@@ -11,11 +11,11 @@ class NoKey(LlmError):  # noqa: N818 - it names what is wrong
     """A provider needs a key, and there is none in the environment or the keyring."""
 
 
-class Unreachable(LlmError):  # noqa: N818
+class EndpointUnreachable(LlmError):  # noqa: N818
     """The endpoint does not answer, or not in time."""
 
 
-class Refused(LlmError):  # noqa: N818
+class EndpointRefused(LlmError):  # noqa: N818
     """The endpoint said no: a wrong key, an unknown model, a limit reached."""
 
 

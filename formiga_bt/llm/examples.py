@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 MOST_OWN: Final = 40
 """Tasks of the site that are read for examples."""
@@ -79,7 +79,7 @@ class Example(Struct, frozen=True):
         return json.dumps({"plan": self.plan, "answer": self.answer}, ensure_ascii=False, separators=(", ", ": "))
 
 
-def examples_of(world: World, *, without: Collection[str] = ()) -> list[Example]:
+def examples_of(world: RequestWorld, *, without: Collection[str] = ()) -> list[Example]:
     """Return the examples that make sense at a site, filled with its names.
 
     Args:
@@ -100,7 +100,7 @@ def examples_of(world: World, *, without: Collection[str] = ()) -> list[Example]
     return found + _own(world)
 
 
-def _own(world: World) -> list[Example]:
+def _own(world: RequestWorld) -> list[Example]:
     """Return the site's own tasks that say what they are for, as far as the short form can say them."""
     from formiga_bt.llm.editing import as_answer
 
@@ -125,7 +125,7 @@ def _shipped() -> bytes:
     return (Path(__file__).parent / "examples.json").read_bytes()
 
 
-def _filled(value: Any, names: dict[str, str], world: World) -> Any:
+def _filled(value: Any, names: dict[str, str], world: RequestWorld) -> Any:
     if isinstance(value, str):
         text = re.sub(r"\{([ABCR])\}", lambda m: names[m[1]], value)
         return text.replace("lwd_2", _some_agent(world, "lwd")) if "lwd_2" in text else text
@@ -136,7 +136,7 @@ def _filled(value: Any, names: dict[str, str], world: World) -> Any:
     return value
 
 
-def _some_agent(world: World, type_: str) -> str:
+def _some_agent(world: RequestWorld, type_: str) -> str:
     ids = [agent.id for agent in world.site.agents.values() if agent.type == type_]
     return ids[min(1, len(ids) - 1)] if ids else "lwd_2"
 

@@ -13,13 +13,13 @@ from msgspec import json
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.llm.editing import VERSION, as_answer
-from formiga_bt.llm.envelope import Answer, Form, NoAnswer, form_of, read_answer
+from formiga_bt.llm.envelope import Form, ModelAnswer, NoAnswer, form_of, read_answer
 from formiga_bt.llm.prompt import as_data
 from formiga_bt.llm.records import Draft, Round
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.feasible import impossible
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 from formiga_bt.safety.drafted import unstamped
 
 _VERSION: Final = re.compile(r"^version: \"?([^\"\n]*?)\"?$", re.MULTILINE)
@@ -37,7 +37,9 @@ class Following:
     form: Form
 
 
-def following(previous: Draft, request: str, world: World, form: Form | None = None, file: str = "") -> Following:
+def following(
+    previous: Draft, request: str, world: RequestWorld, form: Form | None = None, file: str = ""
+) -> Following:
     """Return what a request that changes a draft is asked with.
 
     Args:
@@ -64,7 +66,7 @@ def following(previous: Draft, request: str, world: World, form: Form | None = N
     return Following(both, None, form or "short")
 
 
-def shown(text: str, world: World, form: Form | None, file: str) -> tuple[str, str, Form]:
+def shown(text: str, world: RequestWorld, form: Form | None, file: str) -> tuple[str, str, Form]:
     """Return what a task without errors is for, and the JSON and the form of an answer with it.
 
     Raises:
@@ -76,7 +78,7 @@ def shown(text: str, world: World, form: Form | None, file: str) -> tuple[str, s
     return purpose, answer, found
 
 
-def _of_task(previous: Draft, world: World, form: Form | None, file: str) -> tuple[str, Form]:
+def _of_task(previous: Draft, world: RequestWorld, form: Form | None, file: str) -> tuple[str, Form]:
     """Return the answer that became the task of a draft, unless somebody has changed its file since."""
     text = unstamped(previous.yaml).strip()
     for one in reversed(previous.rounds):
@@ -131,7 +133,7 @@ def _errors(one: Round) -> int:
     return sum(problem.severity == "error" for problem in one.shortfalls)
 
 
-def _answer(text: str) -> Answer | None:
+def _answer(text: str) -> ModelAnswer | None:
     try:
         return read_answer(None, text)
     except NoAnswer:
@@ -143,5 +145,5 @@ def _read(text: str) -> object:
     return answer.tree if answer is not None else None
 
 
-def _is_impossible(request: str, world: World) -> bool:
+def _is_impossible(request: str, world: RequestWorld) -> bool:
     return impossible(read(request, world.site, world.catalogue), world, verbs_of(world)) is not None

@@ -24,12 +24,12 @@ from typing import IO, Any, Final
 from formiga_bt.base.extras import install
 from formiga_bt.llm.adapters import about
 from formiga_bt.llm.endpoint import Endpoint
-from formiga_bt.llm.errors import Cancelled, TooLong, Unreachable, UnusableModel
+from formiga_bt.llm.errors import Cancelled, EndpointUnreachable, TooLong, UnusableModel
 from formiga_bt.llm.folders import cache_folder
 from formiga_bt.llm.ladder import Memory
 from formiga_bt.llm.models import OnDisk
 from formiga_bt.llm.presets import LOCAL, Preset
-from formiga_bt.llm.records import Message, Reply, Rung
+from formiga_bt.llm.records import Message, ModelReply, Rung
 from formiga_bt.llm.wire import shown
 
 LEAST_CONTEXT: Final = 8192
@@ -94,7 +94,7 @@ class LocalChat:
         seed: int | None = None,
         on_progress: Callable[[int], None] | None = None,
         cancel: threading.Event | None = None,
-    ) -> Reply:
+    ) -> ModelReply:
         """Ask; see `client.Chat`. The first question also waits until the model is loaded."""
         began = time.monotonic()
         cancel = cancel or threading.Event()
@@ -117,7 +117,7 @@ class LocalChat:
                     raise
                 need = 2 * self._context
                 continue
-            except Unreachable as error:
+            except EndpointUnreachable as error:
                 why = self._child.ended() if self._child is not None else ""
                 if not why:
                     raise
@@ -208,7 +208,7 @@ class _NoMemory(Memory):
     def keep(self, base_url: str, model: str, rung: Rung) -> None: ...
 
 
-def _with_seconds(reply: Reply, seconds: float) -> Reply:
+def _with_seconds(reply: ModelReply, seconds: float) -> ModelReply:
     from msgspec.structs import replace
 
     return replace(reply, seconds=seconds)

@@ -12,9 +12,9 @@ from formiga_bt.base.packaged import files
 from formiga_bt.base.site_folder import write_durably
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Site, Task
-from formiga_bt.llm.drafts import ORIGIN, Kept, keep
-from formiga_bt.llm.records import Draft, Flight, Origin
-from formiga_bt.llm.world import World
+from formiga_bt.llm.drafts import ORIGIN, KeptDraft, keep
+from formiga_bt.llm.records import Draft, Origin, RehearsedFlight
+from formiga_bt.llm.world import RequestWorld
 from formiga_bt.safety.approval import approval_digest, others_than
 from formiga_bt.safety.drafted import Drafted, drafted, said_in, stamped
 from formiga_bt.safety.meaning import meaning
@@ -23,8 +23,8 @@ from formiga_bt.services.kept.drafted import note
 
 
 def kept_with_origin(
-    draft: Draft, folder: Path, world: World, *, by: str, unix_millis: int, people: Sequence[str] = ()
-) -> Kept:
+    draft: Draft, folder: Path, world: RequestWorld, *, by: str, unix_millis: int, people: Sequence[str] = ()
+) -> KeptDraft:
     """Keep a draft with its rounds, messages and replies, and where it came from. No keys are in it.
 
     Its text begins with the line that says who had it written (`safety.drafted`), and what it does is written down beside the
@@ -58,7 +58,7 @@ def kept_with_origin(
 
 
 def note_drafted(
-    runtime: Path, tasks: Sequence[Task], record: Drafted, world: World, *, draft: int, unix_millis: int
+    runtime: Path, tasks: Sequence[Task], record: Drafted, world: RequestWorld, *, draft: int, unix_millis: int
 ) -> None:
     """Write down what a model wrote; not tasks of the site and of the library that people wrote, which it only said again."""
     texts = [*world.tasks.values(), *(path.read_text(encoding="utf-8") for path in files("trees"))]
@@ -68,12 +68,12 @@ def note_drafted(
     note(runtime, new, record, draft=draft, unix_millis=unix_millis)
 
 
-def _task(text: str, world: World) -> Task | None:
+def _task(text: str, world: RequestWorld) -> Task | None:
     loaded = load_task_text(text, "draft.yaml", catalogue=world.catalogue, site=world.site, library=world.folders)
     return loaded.task
 
 
-def approve(kept: Kept, *, approved_by: str, bundle: str) -> Origin:
+def approve(kept: KeptDraft, *, approved_by: str, bundle: str) -> Origin:
     """Write down who said that a draft may run, and the hash of the task as it was then."""
     origin = replace(kept.origin, approved_by=approved_by, bundle=bundle)
     write_durably(kept.folder / ORIGIN, msgspec.json.format(msgspec.json.encode(origin), indent=2).decode() + "\n")
@@ -91,7 +91,7 @@ def _plain(draft: Draft) -> Draft:
     return replace(draft, flight=_facts(draft.flight), rounds=rounds)
 
 
-def _facts(flight: Flight | None) -> Flight | None:
+def _facts(flight: RehearsedFlight | None) -> RehearsedFlight | None:
     if flight is None:
         return None
     return replace(flight, drawing=None, timeline=None, chart=None, steps=(), lines=())

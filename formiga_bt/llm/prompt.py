@@ -14,9 +14,9 @@ from formiga_bt.base.geo import Place, Region
 from formiga_bt.llm.envelope import Form
 from formiga_bt.llm.examples import Example
 from formiga_bt.llm.records import Message, Shortfall
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.wording import Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 MOST_REQUEST: Final = 2000
 """Characters of a request; a longer one is refused."""
@@ -104,18 +104,18 @@ triangle(corner, leg), above(place, height), centroid(region).
 Rules: do only what is asked. Each drone is home or landed at the end. Two drones are 5 m apart or more."""
 
 
-def system_prompt(world: World, verbs: Mapping[str, Verb], form: Form = "short") -> str:
+def system_prompt(world: RequestWorld, verbs: Mapping[str, AgentVerb], form: Form = "short") -> str:
     """Return what comes first, and is the same for every request at a site."""
     form_text = (_SHORT if form == "short" else _FULL) % {"verbs": "\n".join(map(_verb, verbs.values()))}
     return "\n".join([_HEAD, form_text, *_site(world)])
 
 
-def brief_prompt(world: World, verbs: Mapping[str, Verb]) -> str:
+def brief_prompt(world: RequestWorld, verbs: Mapping[str, AgentVerb]) -> str:
     """Return the system part for a model that was tuned to the short form: it knows the form, and reads verbs and site."""
     return "\n".join([_BRIEF % {"verbs": "\n".join(map(_verb, verbs.values()))}, *_site(world)])
 
 
-def _verb(verb: Verb) -> str:
+def _verb(verb: AgentVerb) -> str:
     fields = "".join(
         f' "{name}": {type_.upper()}' if name in verb.required else f' ["{name}": {type_.upper()}]'
         for name, type_ in verb.fields.items()
@@ -124,7 +124,7 @@ def _verb(verb: Verb) -> str:
     return f"{verb.name}{fields} - {verb.help or 'see its name'}{only}".replace("LIST OF PLACE", "LIST")
 
 
-def _site(world: World) -> list[str]:
+def _site(world: RequestWorld) -> list[str]:
     site, types = world.site, world.catalogue.types
     lines = [f'Site "{site.name}". Places: {_names(["base", *site.places])}. Ports: {_names(site.ports, 16)}.']
     if site.regions:
@@ -170,7 +170,7 @@ def as_data(text: str) -> str:
     return re.sub(r"<(?=\s*/?\s*req)", "(", clean, flags=re.IGNORECASE).strip()
 
 
-def reading(words: Words, world: World) -> str:
+def reading(words: Words, world: RequestWorld) -> str:
     """Return what a request names for certain, as a line for a model: it stands behind the request."""
     text, types = words.text, world.catalogue.types
     places = sorted(words.places, key=lambda name: text.casefold().find(words.places[name].casefold()))

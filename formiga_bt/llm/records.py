@@ -20,7 +20,7 @@ class Usage(Struct, frozen=True):
     cost_usd: float | None = None
 
 
-class Reply(Struct, frozen=True, kw_only=True):
+class ModelReply(Struct, frozen=True, kw_only=True):
     """What a model answered."""
 
     text: str
@@ -41,7 +41,7 @@ class Message(Struct, frozen=True):
     text: str
 
 
-class Value(Struct, frozen=True):
+class ParamValue(Struct, frozen=True):
     """A value that the task is run with."""
 
     name: str
@@ -70,7 +70,7 @@ class Shortfall(Struct, frozen=True):
     """Of the checker: a word that names nothing here."""
 
 
-class Flight(Struct, frozen=True, kw_only=True):
+class RehearsedFlight(Struct, frozen=True, kw_only=True):
     """What a dry run showed."""
 
     task: str
@@ -108,10 +108,10 @@ class Round(Struct, frozen=True, kw_only=True):
     """One question to the model and what came of it."""
 
     messages: tuple[Message, ...]
-    reply: Reply
+    reply: ModelReply
     yaml: str = ""
     shortfalls: tuple[Shortfall, ...] = ()
-    flight: Flight | None = None
+    flight: RehearsedFlight | None = None
     mends: tuple[str, ...] = ()
     """What was put right without asking the model."""
     answer: str = ""
@@ -130,8 +130,8 @@ class Draft(Struct, frozen=True, kw_only=True):
     task: str = ""
     """The task's name."""
     yaml: str = ""
-    values: tuple[Value, ...] = ()
-    flight: Flight | None = None
+    values: tuple[ParamValue, ...] = ()
+    flight: RehearsedFlight | None = None
     shortfalls: tuple[Shortfall, ...] = ()
     """Of the last round: warnings of a task that passes, errors of one that does not."""
     rounds: tuple[Round, ...] = ()

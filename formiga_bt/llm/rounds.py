@@ -11,12 +11,12 @@ from typing import TypeVar
 from msgspec import structs
 
 from formiga_bt.base.errors import FormigaError
-from formiga_bt.llm.envelope import Answer, NoAnswer, read_answer
+from formiga_bt.llm.envelope import ModelAnswer, NoAnswer, read_answer
 from formiga_bt.llm.errors import LlmError
 from formiga_bt.llm.judging.agreeing import meaning
 from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.letters import whole
-from formiga_bt.llm.records import Reply, Round, Shortfall
+from formiga_bt.llm.records import ModelReply, Round, Shortfall
 
 T = TypeVar("T")
 
@@ -26,9 +26,9 @@ class Try:
     """One answer, and what it is worth."""
 
     errors: int
-    answer: Answer | None
+    answer: ModelAnswer | None
     judged: Judged | None
-    reply: Reply
+    reply: ModelReply
     round: Round
 
     @property
@@ -63,7 +63,7 @@ def is_unreadable(judged: Judged) -> bool:
     return any(one.code == "form" and one.where == "$" for one in judged.shortfalls)
 
 
-def sound(reply: Reply) -> Reply:
+def sound(reply: ModelReply) -> ModelReply:
     """Return a reply that can be kept: without halves of letters, which a chat of somebody's own may let through."""
     try:
         return structs.replace(reply, text=whole(reply.text), data=whole(reply.data))

@@ -11,7 +11,7 @@ from typing import Final
 
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Step, Task
-from formiga_bt.llm.records import Draft, Flight, Value
+from formiga_bt.llm.records import Draft, ParamValue, RehearsedFlight
 from formiga_bt.llm.shaping.lifting import ASSUMED
 from formiga_bt.show.clean import cleaned
 from formiga_bt.show.tree.phrases import label_of, source
@@ -68,7 +68,7 @@ def in_words(draft: Draft, task: Task | None, *, width: int = 100) -> list[str]:
     return lines
 
 
-def told(task: Task, values: Sequence[Value], width: int = 100) -> list[str]:
+def told(task: Task, values: Sequence[ParamValue], width: int = 100) -> list[str]:
     """Return the steps of a task in plain words, numbered."""
     known = {one.name: one.text for one in values}
     lines: list[str] = []
@@ -156,7 +156,7 @@ def _value(expr: Expr | None, known: Mapping[str, str]) -> str:
     return cleaned(_NAME.sub(lambda m: known.get(m[0], m[0]), source(expr)))
 
 
-def _values(values: Sequence[Value]) -> list[str]:
+def _values(values: Sequence[ParamValue]) -> list[str]:
     wide = max(len(one.name) for one in values)
     broad = max(len(one.text) for one in values)
     return [
@@ -165,7 +165,7 @@ def _values(values: Sequence[Value]) -> list[str]:
     ]
 
 
-def flown(flight: Flight) -> list[str]:
+def flown(flight: RehearsedFlight) -> list[str]:
     """Return what a dry run showed, a line each."""
     why = f": {flight.code} {flight.reason}".rstrip(": ") if flight.code or flight.reason else ""
     lines = [f"{flight.status} after {_minutes(flight.duration_s)}{why}"]

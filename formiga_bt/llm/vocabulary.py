@@ -12,7 +12,7 @@ from typing import Final
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 LIBRARIES: Final = ("lib/flying.yaml", "lib/ways.yaml")
 """Of those that ship: what is offered."""
@@ -33,7 +33,7 @@ PLAIN: Final = ("number", "int", "text", "bool", "percent", "distance", "duratio
 
 
 @dataclass(frozen=True, slots=True)
-class Verb:
+class AgentVerb:
     """Something that one agent can do."""
 
     name: str
@@ -49,9 +49,9 @@ class Verb:
     """Of a subtree: the name of its agent param."""
 
 
-def verbs_of(world: World) -> dict[str, Verb]:
+def verbs_of(world: RequestWorld) -> dict[str, AgentVerb]:
     """Return the verbs by name: subtrees first, for they do more."""
-    found: dict[str, Verb] = {}
+    found: dict[str, AgentVerb] = {}
     for library in LIBRARIES:
         for folder_ in world.library or (folder("trees"),):
             if (folder_ / library).is_file():
@@ -65,13 +65,13 @@ def verbs_of(world: World) -> dict[str, Verb]:
     return found | _actions(world.catalogue)
 
 
-def offered(verbs: Mapping[str, Verb]) -> dict[str, Verb]:
+def offered(verbs: Mapping[str, AgentVerb]) -> dict[str, AgentVerb]:
     """Return the verbs without the bare actions that a subtree does better: `TakeOff`, if `FlyTo` takes off by itself."""
     covered = {name for name, better in COVERED.items() if set(better) <= set(verbs)}
     return {name: verb for name, verb in verbs.items() if name not in covered}
 
 
-def _actions(catalogue: Catalogue) -> dict[str, Verb]:
+def _actions(catalogue: Catalogue) -> dict[str, AgentVerb]:
     found = {}
     for name, spec in catalogue.actions.items():
         types = tuple(t.name for t in catalogue.types.values() if name in t.actions)
@@ -82,11 +82,11 @@ def _actions(catalogue: Catalogue) -> dict[str, Verb]:
         machines = {t.name for t in catalogue.types.values() if not t.human}
         every = machines <= set(types)
         said = spec.help[:1].lower() + spec.help[1:].rstrip(".")
-        found[name] = Verb(name, fields, must, said, () if every else types)
+        found[name] = AgentVerb(name, fields, must, said, () if every else types)
     return found
 
 
-def _subtrees(path: Path, library: str) -> list[Verb]:
+def _subtrees(path: Path, library: str) -> list[AgentVerb]:
     """Return the subtrees of a library that have an agent for their first param; the others are no verbs of an agent."""
     node, _ = parse(path.read_text(encoding="utf-8"), str(path))
     entry = node.get("subtrees") if isinstance(node, Mapping_) else None
@@ -108,7 +108,7 @@ def _subtrees(path: Path, library: str) -> list[Verb]:
         if role:
             must = tuple(name for name in fields if name not in optional)
             name = one.key.text
-            found.append(Verb(name, fields, must, HELP.get(name, ""), (), library, role))
+            found.append(AgentVerb(name, fields, must, HELP.get(name, ""), (), library, role))
     return found
 
 

@@ -21,7 +21,7 @@ SHORTEST_KEY: Final = 8
 """A shorter one is no secret but a word that a server of one's own wants (`none`, `EMPTY`), and stays in answers."""
 
 
-class Failure(Struct, frozen=True, kw_only=True):
+class EndpointFailure(Struct, frozen=True, kw_only=True):
     """Why there is no answer: an error of the endpoint, or of the way to it."""
 
     status: int = 0
@@ -36,7 +36,7 @@ class Failure(Struct, frozen=True, kw_only=True):
     """Asking again does not help."""
 
 
-class Piece(Struct, frozen=True, kw_only=True):
+class AnswerPiece(Struct, frozen=True, kw_only=True):
     """A part of an answer."""
 
     text: str = ""
@@ -51,7 +51,7 @@ class NotTheProtocol(ValueError):  # noqa: N818
     """The endpoint sends something else than the protocol."""
 
 
-def pieces(kind: str, chunks: Iterable[bytes]) -> Iterator[Piece]:
+def pieces(kind: str, chunks: Iterable[bytes]) -> Iterator[AnswerPiece]:
     """Yield the parts of an answer.
 
     Args:
@@ -63,10 +63,10 @@ def pieces(kind: str, chunks: Iterable[bytes]) -> Iterator[Piece]:
     """
     if "event-stream" not in kind:
         yield _piece(_object(b"".join(_bounded(chunks))), "message")
-        yield Piece(is_last=True)
+        yield AnswerPiece(is_last=True)
         return
     for event in _events(chunks):
-        yield Piece(is_last=True) if event == b"[DONE]" else _piece(_object(event), "delta")
+        yield AnswerPiece(is_last=True) if event == b"[DONE]" else _piece(_object(event), "delta")
 
 
 def _bounded(chunks: Iterable[bytes]) -> Iterator[bytes]:
@@ -108,20 +108,20 @@ def _object(raw: bytes) -> Mapping[str, Any]:
     return found
 
 
-def _piece(found: Mapping[str, Any], key: str) -> Piece:
+def _piece(found: Mapping[str, Any], key: str) -> AnswerPiece:
     usage = _usage(found.get("usage"))
     choices = found.get("choices")
     if not isinstance(choices, list):
         raise NotTheProtocol("no choices")
     if not choices:
-        return Piece(usage=usage)
+        return AnswerPiece(usage=usage)
     choice = choices[0] if isinstance(choices[0], dict) else {}
     found_said = choice.get(key)
     said = found_said if isinstance(found_said, dict) else {}
     text = said.get("content") or said.get("refusal") or ""
     tokens = 1 if text or said.get("reasoning") or said.get("reasoning_content") else 0
     finish = choice.get("finish_reason") or ""
-    return Piece(text=_whole(text), tokens=tokens, finish=finish if isinstance(finish, str) else "", usage=usage)
+    return AnswerPiece(text=_whole(text), tokens=tokens, finish=finish if isinstance(finish, str) else "", usage=usage)
 
 
 def _whole(text: Any) -> str:

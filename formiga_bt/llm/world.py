@@ -10,7 +10,7 @@ from formiga_bt.lang.model import Catalogue, Site
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class RequestWorld:
     """Where a request is to be flown."""
 
     catalogue: Catalogue
@@ -26,7 +26,7 @@ class World:
         return self.library or None
 
 
-def world_of(site: Path | None = None, actions: Sequence[Path] = ()) -> World:
+def world_of(site: Path | None = None, actions: Sequence[Path] = ()) -> RequestWorld:
     """Read a world from files.
 
     Args:
@@ -45,7 +45,7 @@ def world_of(site: Path | None = None, actions: Sequence[Path] = ()) -> World:
     if the_site is None or wrong:
         said = f": {wrong[0].code}: {wrong[0].message}" if wrong else ""
         raise UnusableFile(f"{path} or the catalogue has errors{said}\n  help: formiga check {path}")
-    return World(catalogue, the_site, (), _tasks_beside(path) if site is not None else {})
+    return RequestWorld(catalogue, the_site, (), _tasks_beside(path) if site is not None else {})
 
 
 def _tasks_beside(site: Path) -> dict[str, str]:

@@ -15,7 +15,7 @@ class FinallyEnd(Struct, frozen=True, tag="finally", array_like=True):
     id: str
 
 
-class Release(Struct, frozen=True, tag="release", array_like=True):
+class AgentReleased(Struct, frozen=True, tag="release", array_like=True):
     """An agent of a block is back in the pool."""
 
     agent: str
@@ -27,5 +27,5 @@ class ChildEnd(Struct, frozen=True, tag="task", array_like=True):
     task: str
 
 
-End = GoalEnd | FinallyEnd | Release | ChildEnd
+End = GoalEnd | FinallyEnd | AgentReleased | ChildEnd
 Drain = tuple[End, ...]

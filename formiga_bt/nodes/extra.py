@@ -14,7 +14,7 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children
 from formiga_bt.nodes.decorators import RetryNode
-from formiga_bt.nodes.ends import Drain, End, Release
+from formiga_bt.nodes.ends import AgentReleased, Drain, End
 from formiga_bt.nodes.memory import Mem, WithMem
 from formiga_bt.nodes.run import Run
 
@@ -102,11 +102,11 @@ class WithAgentsNode(Chain):
             granted = run.withdraw_agents(self.key)
             for agent in granted:
                 run.release(agent, self.key)
-            return [Release(agent) for agent in granted]
+            return [AgentReleased(agent) for agent in granted]
         if self.mem.state == "runs":
             drained = super().on_halt(run)
             self._unset(run)
-        return [*drained, *(Release(agent) for agent in self._give_back(run, tuple(drained)))]
+        return [*drained, *(AgentReleased(agent) for agent in self._give_back(run, tuple(drained)))]
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on where it was."""

@@ -14,7 +14,7 @@ from formiga_bt.base.geo import Place
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Submit
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted, Done, granted
 from formiga_bt.engine.tasks.requests import WAIT_US
@@ -68,7 +68,7 @@ class Rehearsal:
         self.referee = Referee()
         self.sim = SimFleet(self.scheduler, self.hub, recorder=self.referee, status_every_us=status_every_us)
         self.engine = Engine(site, catalogue, {task.name: task for task in tasks}, policy=policy, trees=trees)
-        self.steps: list[Step] = []
+        self.steps: list[EngineStep] = []
         listeners = [self.steps.append] if keep_steps else []
         self.driver = VirtualDriver(self.engine, [self.hub.transport], self.scheduler, listeners=listeners)
         self.driver.start()

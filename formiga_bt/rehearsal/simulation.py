@@ -15,14 +15,14 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.core import clock_stands
-from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator, OperatorOrder, Step, Submit
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, LockdownOrder, Operator, OperatorOrder, Submit
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
 from formiga_bt.rehearsal.rehearsal import Rehearsal, simulated
-from formiga_bt.rehearsal.spending import Spending
+from formiga_bt.rehearsal.spending import RunSpending
 
 SETTLE_S = 1.0
 """Virtual time that agents have to announce themselves before the scenario's clock begins."""
@@ -108,7 +108,7 @@ def _newest(name: str, tasks: Mapping[str, TaskRecord]) -> str:
     return max(open_, key=lambda task: task.order).id
 
 
-class Fleet(Protocol):
+class FaultTarget(Protocol):
     """Agents that faults befall: `SimFleet` or `FleetProcesses`."""
 
     def kill(self, agent: str) -> None:
@@ -132,7 +132,7 @@ class Fleet(Protocol):
         ...
 
 
-def play(fault: ScenarioFault, fleet: Fleet) -> None:
+def play(fault: ScenarioFault, fleet: FaultTarget) -> None:
     """Let a fault befall its agent now."""
     match fault.kind:
         case "kill":
@@ -254,7 +254,7 @@ class Played:
         self,
         entry: Entry,
         now: Micros,
-        fleet: Fleet,
+        fleet: FaultTarget,
         ask: Callable[[Submit | OrderInput], Accepted | Done],
         tasks: Mapping[str, TaskRecord],
     ) -> None:
@@ -303,7 +303,7 @@ class VirtualRun:
         *,
         seed: int | None = None,
         pace: Callable[[Micros], None] | None = None,
-        spending: Spending | None = None,
+        spending: RunSpending | None = None,
     ) -> None:
         self.scenario = scenario
         self.rehearsal = Rehearsal(
@@ -322,7 +322,7 @@ class VirtualRun:
         self._pace = pace
 
     @property
-    def steps(self) -> Sequence[Step]:
+    def steps(self) -> Sequence[EngineStep]:
         """Return all that the engine did."""
         return self.rehearsal.steps
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from formiga_bt.engine.kernel.inputs import Step, TimerDue
+from formiga_bt.engine.kernel.inputs import EngineStep, TimerDue
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.model import For, Loop, Task
 from formiga_bt.lang.places import steps_around
@@ -20,7 +20,7 @@ MOST_S: Final = 300.0
 """Seconds of this computer."""
 
 
-class Spending:
+class RunSpending:
     """What one run uses up.
 
     Args:
@@ -39,7 +39,7 @@ class Spending:
         self._of: Counter[tuple[str, str]] = Counter()
         """(task's id, node key) -> wakes."""
 
-    def feed(self, step: Step) -> None:
+    def feed(self, step: EngineStep) -> None:
         """Take a step of the engine."""
         if isinstance(step.input, TimerDue) and isinstance(step.input.timer, NodeDue):
             self._wakes += 1

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.packaged import files, folder
-from formiga_bt.engine.kernel.inputs import Alarm, Effect, Step
+from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_task_text
@@ -55,7 +55,7 @@ def task_of(text: str, site: Site, catalogue: Catalogue, name: str = "Try") -> T
     return loaded.task
 
 
-def folded(steps: Iterable[Step]) -> EngineState:
+def folded(steps: Iterable[EngineStep]) -> EngineState:
     """Return the state that the changes of recorded steps lead to, from nothing."""
     state, board = EngineState(), Blackboard()
     for step in steps:
@@ -250,7 +250,7 @@ def alarms(rehearsal: Rehearsal) -> list[str]:
     return [alarm.code for alarm in effects(rehearsal, Alarm)]
 
 
-def find(rehearsal: Rehearsal, test: Callable[[Effect], bool]) -> Step:
+def find(rehearsal: Rehearsal, test: Callable[[Effect], bool]) -> EngineStep:
     """Return the first step with an effect that fits."""
     return next(step for step in rehearsal.steps if any(test(effect) for effect in step.effects))
 

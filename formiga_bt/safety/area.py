@@ -11,8 +11,8 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.base.energy import CALM, Power, Wind, way_pct
-from formiga_bt.base.geo import Outline, Place, Position, Region
-from formiga_bt.safety.terrain import Found, Terrain, too_high, too_low
+from formiga_bt.base.geo import Place, Position, Region, RegionOutline
+from formiga_bt.safety.terrain import Terrain, TerrainConflict, too_high, too_low
 from formiga_bt.safety.traffic import hull
 from formiga_bt.safety.zones import Offence, Zone
 
@@ -29,9 +29,9 @@ class Area(Struct, frozen=True):
     """Of the convex hull."""
 
     @property
-    def outline(self) -> Outline:
+    def outline(self) -> RegionOutline:
         """Return the hull."""
-        return Outline(Region(tuple(corner.ground for corner in self.corners)))
+        return RegionOutline(Region(tuple(corner.ground for corner in self.corners)))
 
     def edges(self) -> list[tuple[Position, Position]]:
         """Return the edges of the hull."""
@@ -60,7 +60,7 @@ def zone_offence(area: Area, zone: Zone) -> Offence | None:
     return None
 
 
-def height_offence(area: Area, terrain: Terrain, need_m: float, most_m: float) -> tuple[str, Found] | None:
+def height_offence(area: Area, terrain: Terrain, need_m: float, most_m: float) -> tuple[str, TerrainConflict] | None:
     """Return the limit (terrain_clearance or max_height) that an area breaks and where, or None."""
     west, east, south, north = area.outline.bounds
     up = area.corners[0].up_m
@@ -86,7 +86,7 @@ def _row(area: Area, north_m: float) -> list[tuple[Position, Position]]:
     return [(Position(found[0], north_m, up), Position(found[-1], north_m, up))] if found else []
 
 
-def _crossings(outline: Outline, north_m: float) -> list[float]:
+def _crossings(outline: RegionOutline, north_m: float) -> list[float]:
     found = []
     for ax, ay, bx, by in outline.edges:
         if min(ay, by) <= north_m <= max(ay, by):
@@ -96,7 +96,7 @@ def _crossings(outline: Outline, north_m: float) -> list[float]:
 
 def lanes_m(region: Region, spacing_m: float) -> float:
     """Return how long lanes over a region are, from edge to edge and along its edge to the next one, metres."""
-    outline = Outline(region)
+    outline = RegionOutline(region)
     _, _, south, north = outline.bounds
     count = max(1, round((north - south) / spacing_m))
     step = (north - south) / count

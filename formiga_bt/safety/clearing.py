@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Final
 
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.safety.terrain import Found, Terrain, too_high, too_low
+from formiga_bt.safety.terrain import Terrain, TerrainConflict, too_high, too_low
 from formiga_bt.safety.traffic import Way
 from formiga_bt.safety.zones import FORGIVEN_M
 
@@ -22,7 +22,7 @@ PIECES: Final = 64
 
 def first_too_low(
     terrain: Terrain, way: Way, spots: Sequence[Place], need_m: float, *, rescue: bool = False
-) -> Found | None:
+) -> TerrainConflict | None:
     """Return where a way, away from the spots, is less than `need_m` over the ground: where first, or at an end if worse.
 
     Args:
@@ -47,11 +47,11 @@ def first_too_low(
 
         worse = _gets_worse(part, depth, begins=part[0] == way[0])
         if worse is not None:
-            return Found(worse, terrain.ground_m(worse))
+            return TerrainConflict(worse, terrain.ground_m(worse))
     return None
 
 
-def first_too_high(terrain: Terrain, way: Way, most_m: float, *, rescue: bool = False) -> Found | None:
+def first_too_high(terrain: Terrain, way: Way, most_m: float, *, rescue: bool = False) -> TerrainConflict | None:
     """Return where a way is more than `most_m` over the ground; as `first_too_low`, which see."""
     found = too_high(terrain, *way, most_m)
     if found is None:
@@ -64,18 +64,18 @@ def first_too_high(terrain: Terrain, way: Way, most_m: float, *, rescue: bool = 
         return max(a.up_m, b.up_m) - bounds[0] - most_m if bounds is not None else 0.0
 
     worse = _gets_worse(way, depth, begins=True)
-    return Found(worse, terrain.ground_m(worse)) if worse is not None else None
+    return TerrainConflict(worse, terrain.ground_m(worse)) if worse is not None else None
 
 
-def _candidates(terrain: Terrain, found: Found, way: Way, side: int) -> list[Found]:
+def _candidates(terrain: Terrain, found: TerrainConflict, way: Way, side: int) -> list[TerrainConflict]:
     """Return what was found first and how it is at the ends: people are told of the worst; unknown ground is told alone."""
     if found.ground_m is None:
         return [found]
     ends = [(end, terrain.under_m(end, end)) for end in way]
-    return [found, *(Found(end, bounds[side]) for end, bounds in ends if bounds is not None)]
+    return [found, *(TerrainConflict(end, bounds[side]) for end, bounds in ends if bounds is not None)]
 
 
-def _over_m(found: Found) -> float:
+def _over_m(found: TerrainConflict) -> float:
     return found.at.up_m - found.ground_m if found.ground_m is not None else 0.0
 
 

@@ -23,7 +23,7 @@ from formiga_bt.safety.clearing import first_too_high, first_too_low
 from formiga_bt.safety.flights import Breach, FlightState, GateFlight, ways_of
 from formiga_bt.safety.rules import Rules
 from formiga_bt.safety.spots import safe_landing_spot
-from formiga_bt.safety.terrain import Found, is_surely_fine
+from formiga_bt.safety.terrain import TerrainConflict, is_surely_fine
 from formiga_bt.safety.zones import Offence, Zone
 
 __all__ = ["Breach", "FlightState", "GateFlight", "at_gate", "in_flight", "safe_landing_spot", "ways_of"]
@@ -148,7 +148,7 @@ def _no_fly(zone: Zone) -> str:
     return zone.name if zone.name.startswith("no-fly") else f"the no-fly region {zone.name}"
 
 
-def _too_low(found: Found, who: str, rules: Rules) -> Breach:
+def _too_low(found: TerrainConflict, who: str, rules: Rules) -> Breach:
     need = rules.terrain_clearance_m
     if found.ground_m is None:
         return Breach("terrain_clearance", f"{_unknown(found)}, and {need:g} m over it must be kept", None, need)
@@ -157,7 +157,7 @@ def _too_low(found: Found, who: str, rules: Rules) -> Breach:
     return Breach("terrain_clearance", text, over, need)
 
 
-def _too_high(found: Found, who: str, rules: Rules) -> Breach:
+def _too_high(found: TerrainConflict, who: str, rules: Rules) -> Breach:
     most = rules.max_height_m
     if found.ground_m is None:
         return Breach("max_height", f"{_unknown(found)}, and no more than {most:g} m over it are allowed", None, most)
@@ -166,7 +166,7 @@ def _too_high(found: Found, who: str, rules: Rules) -> Breach:
     return Breach("max_height", text, over, most)
 
 
-def _unknown(found: Found) -> str:
+def _unknown(found: TerrainConflict) -> str:
     return f"the height of the ground at {_is_at(found.at)} is not known"
 
 
@@ -174,7 +174,7 @@ def _over(metres: float) -> str:
     return f"{metres:.1f} m over the ground" if metres >= 0.0 else f"{-metres:.1f} m below the ground"
 
 
-def _where(found: Found) -> str:
+def _where(found: TerrainConflict) -> str:
     ground = round(found.ground_m or 0.0, 1)
     if ground == 0.0:
         return _is_at(found.at)

@@ -15,7 +15,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
 from formiga_bt.safety.envelope import Breach
-from formiga_bt.safety.traffic import VERTICAL_M, Area, Traffic, Way, area_of, first_in_the_way, path, ways_into
+from formiga_bt.safety.traffic import VERTICAL_M, TakenArea, Traffic, Way, area_of, first_in_the_way, path, ways_into
 from formiga_bt.transport.messages import Clearance, Control, Landed
 
 CLEARANCE_LIFE_US: Micros = 60 * SECOND
@@ -28,7 +28,7 @@ AT_PORT_M = 3.0
 """A machine this near to a port (horizontally) stands at it."""
 
 
-class Ask(Struct, frozen=True, kw_only=True, gc=False):
+class GateInput(Struct, frozen=True, kw_only=True, gc=False):
     """A goal that wants to leave, and what the gate must know of its agent."""
 
     agent: str
@@ -84,7 +84,7 @@ class Go(Struct, frozen=True, gc=False):
     """Send it: it takes up `leg`, or `area` and the ways into it."""
 
     leg: Way | None = None
-    area: Area | None = None
+    area: TakenArea | None = None
 
 
 class Hold(Struct, frozen=True):
@@ -112,7 +112,7 @@ def no_limits() -> Breach | None:
 
 
 def judge(
-    ask: Ask,
+    ask: GateInput,
     traffic: Sequence[Traffic],
     now: Micros,
     separation_m: float,
@@ -144,7 +144,7 @@ def judge(
     return _spot(ask, traffic, min_spacing_m) or _clear_way(ask, traffic, now, separation_m)
 
 
-def _clear_way(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: float) -> Verdict:
+def _clear_way(ask: GateInput, traffic: Sequence[Traffic], now: Micros, separation_m: float) -> Verdict:
     # A word counts for 60 s: asked for while the way is taken, it would be asked for again and again.
     clear = _clear(ask, now)
     if clear is not None and ask.asked:
@@ -153,7 +153,7 @@ def _clear_way(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: 
     return clear if clear is not None and isinstance(way, Go) else way
 
 
-def _person(ask: Ask) -> Verdict:
+def _person(ask: GateInput) -> Verdict:
     # Questions do not come here: they pass in lockdown, and while their task is held.
     if ask.locked:
         return Hold("lockdown", ask.locked)
@@ -164,7 +164,7 @@ def _person(ask: Ask) -> Verdict:
     return Go() if ask.reachable else Hold("unreachable", ask.agent)
 
 
-def _command(ask: Ask) -> Verdict | None:
+def _command(ask: GateInput) -> Verdict | None:
     if ask.control != "engine":
         return Hold("control", ask.control)
     if ask.taken:
@@ -188,19 +188,19 @@ def _command(ask: Ask) -> Verdict | None:
     return None
 
 
-def _is_home(ask: Ask) -> bool:
+def _is_home(ask: GateInput) -> bool:
     home, here = ask.home, ask.position
     return ask.landed == "grounded" and home is not None and here is not None and horizontal_m(home, here) < AT_PORT_M
 
 
-def may_go_again(ask: Ask, word: Clearance | None, given_for: Place | None, now: Micros) -> bool:
+def may_go_again(ask: GateInput, word: Clearance | None, given_for: Place | None, now: Micros) -> bool:
     """Return whether a goal that was sent and never arrived may be sent again as it is, with the word it carries."""
     if ask.deposed or (not ask.human and _command(ask) is not None):
         return False
     return ask.human or not needs_clearance(ask) or is_cleared(word, given_for, spot_of(ask), now)
 
 
-def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:
+def _spot(ask: GateInput, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:
     target = ask.target
     if target is None:
         return None
@@ -219,14 +219,14 @@ def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict
     return None
 
 
-def spot_of(ask: Ask) -> Place | None:
+def spot_of(ask: GateInput) -> Place | None:
     """Return where a goal starts rotors or lands; None if it does neither, or nobody knows where."""
     if ask.lands:
         return ask.target.ground if isinstance(ask.target, Position) else ask.target
     return ask.position.ground if ask.starts_rotors and ask.position is not None else None
 
 
-def needs_clearance(ask: Ask) -> bool:
+def needs_clearance(ask: GateInput) -> bool:
     """Return whether a person must say first that people stand clear: a rotor start or landing away from ports."""
     if not (ask.starts_rotors or ask.lands) or ask.exempt_clearance:
         return False
@@ -234,7 +234,7 @@ def needs_clearance(ask: Ask) -> bool:
     return spot is None or all(horizontal_m(port, spot) >= AT_PORT_M for port in ask.ports)
 
 
-def _clear(ask: Ask, now: Micros) -> Verdict | None:
+def _clear(ask: GateInput, now: Micros) -> Verdict | None:
     if not needs_clearance(ask) or is_cleared(ask.clearance, ask.cleared, spot_of(ask), now):
         return None
     return Hold("clearance")
@@ -247,7 +247,7 @@ def is_cleared(word: Clearance | None, given_for: Place | None, spot: Place | No
     return horizontal_m(given_for, spot) <= CLEARED_M
 
 
-def leg_of(ask: Ask) -> Way | None:
+def leg_of(ask: GateInput) -> Way | None:
     """Return the straight way that a goal flies, or None if it does not move the agent, or explores."""
     here, target = ask.position, ask.target
     if here is None or ask.region is not None:
@@ -259,7 +259,7 @@ def leg_of(ask: Ask) -> Way | None:
     return here, target if isinstance(target, Position) else Position(target.east_m, target.north_m, 0.0)
 
 
-def _way(ask: Ask, traffic: Sequence[Traffic], separation_m: float) -> Verdict:
+def _way(ask: GateInput, traffic: Sequence[Traffic], separation_m: float) -> Verdict:
     leg, area = leg_of(ask), None
     ways = () if leg is None else path(leg)
     if ask.region is not None and ask.position is not None:

@@ -139,7 +139,7 @@ def terrain_of(site: Site) -> Terrain:
     return Heights(site.heights, site.relief_m) if site.heights is not None else Flat(site.relief_m)
 
 
-class Found(Struct, frozen=True):
+class TerrainConflict(Struct, frozen=True):
     """Where a way is too low or too high."""
 
     at: Position
@@ -154,42 +154,42 @@ def is_surely_fine(terrain: Terrain, a: Position, b: Position, need_m: float, mo
     return rough is not None and low_m - rough[1] >= need_m and high_m - rough[0] <= most_m
 
 
-def too_low(terrain: Terrain, a: Position, b: Position, need_m: float) -> Found | None:
+def too_low(terrain: Terrain, a: Position, b: Position, need_m: float) -> TerrainConflict | None:
     """Return where the way from `a` to `b` first may be less than `need_m` over the ground."""
 
-    def judge(p: Position, q: Position, bounds: Bounds) -> Found | None:
+    def judge(p: Position, q: Position, bounds: Bounds) -> TerrainConflict | None:
         at = p if p.up_m <= q.up_m else q
-        return Found(at, bounds[1]) if at.up_m - bounds[1] < need_m - 1e-6 else None
+        return TerrainConflict(at, bounds[1]) if at.up_m - bounds[1] < need_m - 1e-6 else None
 
     return _first(terrain, a, b, judge)
 
 
-def too_high(terrain: Terrain, a: Position, b: Position, most_m: float) -> Found | None:
+def too_high(terrain: Terrain, a: Position, b: Position, most_m: float) -> TerrainConflict | None:
     """Return where the way from `a` to `b` first may be more than `most_m` over the ground."""
 
-    def judge(p: Position, q: Position, bounds: Bounds) -> Found | None:
+    def judge(p: Position, q: Position, bounds: Bounds) -> TerrainConflict | None:
         at = p if p.up_m >= q.up_m else q
-        return Found(at, bounds[0]) if at.up_m - bounds[0] > most_m + 1e-6 else None
+        return TerrainConflict(at, bounds[0]) if at.up_m - bounds[0] > most_m + 1e-6 else None
 
     return _first(terrain, a, b, judge)
 
 
 def _first(
-    terrain: Terrain, a: Position, b: Position, judge: Callable[[Position, Position, Bounds], Found | None]
-) -> Found | None:
+    terrain: Terrain, a: Position, b: Position, judge: Callable[[Position, Position, Bounds], TerrainConflict | None]
+) -> TerrainConflict | None:
     rough = terrain.rough_m(a, b)
     if rough is not None and judge(a, b, rough) is None:
         return None
     length = math.hypot(b.east_m - a.east_m, b.north_m - a.north_m)
     piece = max(PIECE_M, length / 128)
 
-    def look(p: Position, q: Position, long_m: float) -> Found | None:
+    def look(p: Position, q: Position, long_m: float) -> TerrainConflict | None:
         bounds = terrain.bounds_m(p, q)
         if bounds is not None and judge(p, q, bounds) is None:
             return None
         if long_m <= piece:
             bounds = terrain.under_m(p, q)
-            return Found(p, None) if bounds is None else judge(p, q, bounds)
+            return TerrainConflict(p, None) if bounds is None else judge(p, q, bounds)
         middle = Position((p.east_m + q.east_m) / 2, (p.north_m + q.north_m) / 2, (p.up_m + q.up_m) / 2)
         return look(p, middle, long_m / 2) or look(middle, q, long_m / 2)
 

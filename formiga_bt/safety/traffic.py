@@ -27,7 +27,7 @@ Way = tuple[Position, Position]
 """A straight way; both ends equal = a hover."""
 
 
-class Area(Struct, frozen=True):
+class TakenArea(Struct, frozen=True):
     """A convex area at one height, taken up as a whole: counter-clockwise corners, metres over the base's ground."""
 
     corners: tuple[Place, ...]
@@ -43,7 +43,7 @@ class Traffic(Struct, frozen=True, gc=False):
     position: Position | None
     ways: tuple[Way, ...]
     """Where it is or will be: its leg, its hover, the ways into its area."""
-    area: Area | None
+    area: TakenArea | None
     spots: tuple[Place, ...]
     """Where it stands, or will stand on the ground."""
     box: Box
@@ -74,7 +74,7 @@ def traffic_of(
     position: Position | None,
     leg: Way | None = None,
     rises_to_m: float | None = None,
-    area: Area | None = None,
+    area: TakenArea | None = None,
     order: int = 0,
     spot: Place | None = None,
 ) -> Traffic:
@@ -110,7 +110,7 @@ def traffic_of(
     return Traffic(agent, task, landed, position, tuple(ways), area, tuple(spots), *around, column, order)
 
 
-def bounds(ways: Iterable[Way], area: Area | None = None) -> tuple[Box, float, float]:
+def bounds(ways: Iterable[Way], area: TakenArea | None = None) -> tuple[Box, float, float]:
     """Return the horizontal bounds, lowest and highest height of ways and an area; of none, bounds that meet nothing."""
     if area is None and isinstance(ways, Sequence) and len(ways) == 1:  # nearly all of them
         a, b = ways[0]
@@ -145,7 +145,7 @@ def first_in_the_way(
     agent: str,
     task: str,
     ways: Sequence[Way],
-    area: Area | None,
+    area: TakenArea | None,
     traffic: Sequence[Traffic],
     separation_m: float,
     *,
@@ -208,7 +208,7 @@ def _leads_away(ways: Sequence[Way], other: Traffic, keep_m: float) -> bool:
     return True
 
 
-def _too_near(ways: Sequence[Way], area: Area | None, other: Traffic, keep_m: float) -> bool:
+def _too_near(ways: Sequence[Way], area: TakenArea | None, other: Traffic, keep_m: float) -> bool:
     for theirs in other.ways:
         for a, b in ways:
             if segment_distance_m(a, b, theirs[0], theirs[1]) < keep_m:
@@ -231,7 +231,7 @@ def _too_near(ways: Sequence[Way], area: Area | None, other: Traffic, keep_m: fl
 # -- areas -----------------------------------------------------------------------------------------------------------
 
 
-def area_of(corners: Sequence[Place], up_m: float, here: Position | None) -> Area:
+def area_of(corners: Sequence[Place], up_m: float, here: Position | None) -> TakenArea:
     """Return what a machine takes up that explores a region from `here`.
 
     It is the hull of the region, as tracks over a concave one may leave it, and of the way into it at that height.
@@ -239,10 +239,10 @@ def area_of(corners: Sequence[Place], up_m: float, here: Position | None) -> Are
     points = [*corners]
     if here is not None and abs(here.up_m - up_m) <= VERTICAL_M:
         points.append(here.ground)
-    return Area(hull(points), up_m)
+    return TakenArea(hull(points), up_m)
 
 
-def ways_into(here: Position, area: Area) -> tuple[Way, ...]:
+def ways_into(here: Position, area: TakenArea) -> tuple[Way, ...]:
     """Return the straight ways from a point to each corner of an area; none from inside it."""
     if abs(here.up_m - area.up_m) <= LEVEL_M and is_inside(here.east_m, here.north_m, area.corners):
         return ()
@@ -254,7 +254,7 @@ def _apart(a: Position, b: Position) -> bool:
     return horizontal_m(a, b) > LEVEL_M or abs(a.up_m - b.up_m) > LEVEL_M
 
 
-def way_area_m(way: Way, area: Area) -> float:
+def way_area_m(way: Way, area: TakenArea) -> float:
     """Return the least distance in metres between a straight way and a horizontal area.
 
     Over the inside of the area the distance is linear in height, so that it is least at an end of the way, where the way
@@ -281,7 +281,7 @@ def way_area_m(way: Way, area: Area) -> float:
     return least
 
 
-def areas_m(a: Area, b: Area) -> float:
+def areas_m(a: TakenArea, b: TakenArea) -> float:
     """Return the least distance in metres between two horizontal areas."""
     inner = b.corners[0]
     if is_inside(inner.east_m, inner.north_m, a.corners):

@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.base.geo import Outline, Place, Position, Region
+from formiga_bt.base.geo import Place, Position, Region, RegionOutline
 
 FORGIVEN_M: Final = 0.5
 """So much deeper than where it began the way out of a breach may lead: positions are not exact."""
@@ -34,7 +34,7 @@ class Zone:
 
     def __init__(self, name: str, region: Region, *, keep_in: bool) -> None:
         self.name = name
-        self.outline = Outline(region)
+        self.outline = RegionOutline(region)
         self.keep_in = keep_in
 
     def is_broken_at(self, at: Point) -> bool:

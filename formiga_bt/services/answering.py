@@ -10,7 +10,7 @@ from concurrent.futures import TimeoutError as TooLate
 from typing import Final
 
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import GoalEventInput, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, GoalEventInput
 from formiga_bt.engine.kernel.replies import Done, Refusal
 from formiga_bt.services.refused import Refused
 from formiga_bt.transport.desk import DeskTransport, OpenQuestion
@@ -64,7 +64,7 @@ class Answering:
             raise Refused(reply.code, f"{number} is closed: {reply.text}", "formiga inbox")
         return reply
 
-    def feed_step(self, step: Step) -> None:
+    def feed_step(self, step: EngineStep) -> None:
         """Look at a step that was kept, or could not be; called in the driver's thread."""
         if not self._waiting:
             return

@@ -15,7 +15,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.base.site_folder import APPROVALS, append_line, read_lines
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Approve, Duty, Input, Step
+from formiga_bt.engine.kernel.inputs import Approve, Duty, EngineStep, Input
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.lang.model import Catalogue, Site
@@ -24,11 +24,11 @@ from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
 from formiga_bt.safety.drafted import written
 from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for
 
 
-class Driver(Protocol):
+class OrderTaker(Protocol):
     """What is needed of the realtime driver."""
 
     def ask(self, given: Input, timeout_s: float = 10.0) -> Accepted | Done:
@@ -88,7 +88,7 @@ def line_of(*, digest: str, task: str, by: str, at: Micros, revoke: bool = False
     return {**line, "revoke": True} if revoke else line
 
 
-def lines_of(step: Step) -> list[dict[str, Any]]:
+def lines_of(step: EngineStep) -> list[dict[str, Any]]:
     """Return the lines about what a step did to approvals; those that were restored have theirs already."""
     given = step.input
     if not isinstance(given, Approve) or given.at:
@@ -100,7 +100,7 @@ def lines_of(step: Step) -> list[dict[str, Any]]:
     ]
 
 
-def restore(folder: Path, driver: Driver) -> None:
+def restore(folder: Path, driver: OrderTaker) -> None:
     """Tell a new engine what stands. One by a person who is no approver any more is passed over."""
     for one in standing(folder):
         try:
@@ -126,7 +126,7 @@ class Crew:
     """
 
     def __init__(
-        self, driver: Driver, view: View, site: Site, tasks: Bundles, catalogue: Catalogue, proofs: Proofs
+        self, driver: OrderTaker, view: EngineView, site: Site, tasks: Bundles, catalogue: Catalogue, proofs: Proofs
     ) -> None:
         self._proofs = proofs
         self._driver = driver

@@ -19,7 +19,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Submit
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -67,7 +67,7 @@ class Demo:
     ) -> None:
         self.site = site
         self.log = RunLog()
-        self._steps: SimpleQueue[Step] = SimpleQueue()
+        self._steps: SimpleQueue[EngineStep] = SimpleQueue()
         check_listen(site, listen, where="--listen")
         self._transport = ZenohTransport(site.name, listen=listen)
         self.speed = speed

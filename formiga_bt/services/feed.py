@@ -15,7 +15,7 @@ from formiga_bt.base.clock import Micros
 KEPT: Final = 10_000
 
 
-class Event(Struct, frozen=True, kw_only=True):
+class FeedEvent(Struct, frozen=True, kw_only=True):
     """One thing that happened."""
 
     n: int
@@ -33,7 +33,7 @@ class Feed:
 
     def __init__(self, epoch: int, kept: int = KEPT) -> None:
         self.epoch = epoch
-        self._events: deque[Event] = deque(maxlen=kept)
+        self._events: deque[FeedEvent] = deque(maxlen=kept)
         self._n = 0
         self._lock = threading.Lock()
         self._listeners: dict[int, Callable[[], None]] = {}
@@ -46,7 +46,9 @@ class Feed:
         """Add an event; `announce` tells the readers."""
         with self._lock:
             self._n += 1
-            self._events.append(Event(n=self._n, type=type_, at=at, text=text, task=task, agent=agent, data=data or {}))
+            self._events.append(
+                FeedEvent(n=self._n, type=type_, at=at, text=text, task=task, agent=agent, data=data or {})
+            )
 
     def announce(self) -> None:
         """Tell the readers that there may be something new."""
@@ -82,7 +84,7 @@ class Feed:
         """Return the id of an event for the outside."""
         return f"{self.epoch}.{n}"
 
-    def after(self, n: int) -> tuple[list[Event], bool]:
+    def after(self, n: int) -> tuple[list[FeedEvent], bool]:
         """Return the events after number `n`, and whether some of them are gone already."""
         with self._lock:
             oldest = self._n - len(self._events)

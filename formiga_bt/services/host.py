@@ -25,7 +25,7 @@ from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_wo
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.goals.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, Resumed, Step
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Resumed
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -41,7 +41,7 @@ from formiga_bt.services.http.crowd import Crowd, descriptors, http_places, loca
 from formiga_bt.services.http.local import close_local, open_local
 from formiga_bt.services.http.past_routes import PastReader
 from formiga_bt.services.http.proving import Proofs
-from formiga_bt.services.journal_watch import Watch
+from formiga_bt.services.journal_watch import JournalWatch
 from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.kept.flightlog import FlightLog
 from formiga_bt.services.kept.journaling import JournalAt, Journaling
@@ -50,12 +50,12 @@ from formiga_bt.services.kept.resuming import Comeback, Pulse
 from formiga_bt.services.listening import check_listen, listen_of
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
-from formiga_bt.services.orders import Orders
+from formiga_bt.services.orders import ServiceOrders
 from formiga_bt.services.replies import models as m
 from formiga_bt.services.replies import shown
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.show.facts import StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
@@ -187,7 +187,7 @@ class EngineHost:
         served = dict(self._tasks)
         self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
         back = self._back
-        self.view = View(self.epoch, state=copy_of(back.state) if back is not None else None)
+        self.view = EngineView(self.epoch, state=copy_of(back.state) if back is not None else None)
         flights = FlightLog(self._folder.path, self.site)
         state = self.journaling.first_state(now_us, counters) if back is None else back.state
         start_at = beginning.begin_at(self.site, state.now, back)
@@ -218,7 +218,7 @@ class EngineHost:
         self.journaling.keep_read(served, self._texts)
         self._answering = Answering(self._desk, lambda: self.driver.kept_seq)
         self.driver.listeners.append(self._answering.feed_step)
-        self.orders = Orders(
+        self.orders = ServiceOrders(
             self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, answering=self._answering,
             refused=self.refused, trees=self._trees,
         )  # fmt: skip
@@ -260,7 +260,7 @@ class EngineHost:
         )
         if self.journaling.journal is not None:
             self.pulse.start()
-        watch = Watch(lambda: self.journaling.is_changed, self.driver.look_again)
+        watch = JournalWatch(lambda: self.journaling.is_changed, self.driver.look_again)
         self._opened.append(watch.stop)
         watch.start()
         for version in back.newer if back is not None else ():
@@ -307,7 +307,7 @@ class EngineHost:
         assert self.journaling.word is not None, "what is from an earlier start is from a journal"
         return TimeMachine(self.journaling.word, self.site.name)
 
-    def _keep(self, step: Step) -> None:
+    def _keep(self, step: EngineStep) -> None:
         for line in crew.lines_of(step):
             self._folder.add_line(APPROVALS, line)
         for change in step.changes:

@@ -11,7 +11,7 @@ EVERY_S: Final = 1.0
 """Wall seconds between two looks."""
 
 
-class Watch:
+class JournalWatch:
     """Looks, and has the driver look, too, when something has changed.
 
     Args:

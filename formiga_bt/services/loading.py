@@ -27,7 +27,7 @@ from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import library_models as out
 from formiga_bt.services.replies import shown
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 
 MOST_FILES: Final = 100
 """In one bundle."""
@@ -49,7 +49,7 @@ class Loading:
     def __init__(
         self,
         ask: Callable[[Input], object],
-        view: View,
+        view: EngineView,
         site: Site,
         catalogue: Catalogue,
         bundles: Bundles,

@@ -34,7 +34,7 @@ from formiga_bt.services.replies import shown
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for, with_keeping
 from formiga_bt.show.listed import listing, port_of
 from formiga_bt.show.why.causes import causes_of
@@ -81,7 +81,7 @@ class _Keyed:
         self.task_id = ""
 
 
-class Orders:
+class ServiceOrders:
     """Everything behind the API but the HTTP.
 
     Args:
@@ -96,7 +96,7 @@ class Orders:
     def __init__(
         self,
         driver: Driver,
-        view: View,
+        view: EngineView,
         desk: DeskTransport,
         site: Site,
         tasks: Bundles,

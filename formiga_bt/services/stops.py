@@ -28,7 +28,7 @@ from formiga_bt.services.replies.order_replies import (
     told_of,
 )
 from formiga_bt.services.standing import lockdown_out, wall_us
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for, with_keeping
 from formiga_bt.show.why.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import STOPPED, doing
@@ -53,7 +53,7 @@ class Stops:
     def __init__(
         self,
         ask: Callable[[Input], Accepted | Done],
-        view: View,
+        view: EngineView,
         site: Site,
         now: Callable[[], Micros],
         catalogue: Catalogue | None = None,

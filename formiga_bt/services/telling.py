@@ -11,7 +11,7 @@ from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.model import AgentType, Catalogue, Site
 from formiga_bt.lang.request.binding import bind_fields
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.transport.desk import DeskTransport
 from formiga_bt.transport.messages import to_wire
 
@@ -31,7 +31,7 @@ class Telling:
         self,
         desk: DeskTransport,
         here: Collection[str],
-        view: View,
+        view: EngineView,
         site: Site,
         catalogue: Catalogue,
         now: Callable[[], Micros],

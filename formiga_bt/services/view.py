@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
+from formiga_bt.engine.kernel.inputs import Abort, Alarm, EngineStep, LockdownOrder, NotifyPeople, Operator
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
     GoalRecord,
@@ -42,7 +42,7 @@ NOTICES_KEPT: Final = 50
 log = logging.getLogger("formiga.view")
 
 
-class Line(Struct, frozen=True):
+class NoticeLine(Struct, frozen=True):
     """A notice or alarm."""
 
     at: Micros
@@ -50,7 +50,7 @@ class Line(Struct, frozen=True):
     text: str
 
 
-class View:
+class EngineView:
     """The copy. `feed_step` may be called from the driver's thread; everything else reads.
 
     Args:
@@ -63,14 +63,14 @@ class View:
         self.feed = Feed(epoch)
         self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT), state)
         self.state = self.ledger.state
-        self.alarms: deque[Line] = deque(maxlen=100)
+        self.alarms: deque[NoticeLine] = deque(maxlen=100)
         self.recall: Callable[[Sequence[str]], None] = lambda _ids: None
         """Makes the ledger know the beginnings of tasks of earlier starts; called without the lock."""
-        self._notices: dict[str, deque[Line]] = {}
+        self._notices: dict[str, deque[NoticeLine]] = {}
         self._sections: dict[str, str] = {}
         """Where the tasks of the step that is folded stand after it: a section that it only passed through is not told."""
         self.ledger.before.append(self._look)
-        self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
+        self._queue: SimpleQueue[EngineStep | threading.Event | None] = SimpleQueue()
         self.lock = threading.RLock()
         """Held while the state is read or changed."""
         self._thread: threading.Thread | None = None
@@ -88,7 +88,7 @@ class View:
             self._thread.join(5.0)
         self.feed.close()
 
-    def feed_step(self, step: Step) -> None:
+    def feed_step(self, step: EngineStep) -> None:
         """Take a step; returns at once."""
         self._queue.put(step)
 
@@ -117,13 +117,13 @@ class View:
             self.feed.announce()
 
     # -- folding -----------------------------------------------------------------------------------------------------
-    def _fold(self, step: Step) -> None:
+    def _fold(self, step: EngineStep) -> None:
         self._refused(step)
         self._sections = {c.task.id: c.task.section for c in step.changes if type(c) is ch.TaskPut}
         self.ledger.feed(step)
         for effect in step.effects:
             match effect:
-                case Notify(text, to, severity, task_id):
+                case NotifyPeople(text, to, severity, task_id):
                     self._line(step.at, severity, f"to {', '.join(to) or 'nobody'}: {text}", task_id, "")
                 case Alarm(code, text, task_id, agent_id):
                     self._line(step.at, "alarm", f"{text} ({code})", task_id, agent_id)
@@ -161,12 +161,12 @@ class View:
         story = self.ledger.stories.get(task_id)
         return story.rows if story is not None else ()
 
-    def notices(self, task_id: str) -> Sequence[Line]:
+    def notices(self, task_id: str) -> Sequence[NoticeLine]:
         """Return the notices and alarms of a task, oldest first."""
         return self._notices.get(task_id, ()) if task_id in self.state.tasks else ()
 
     def _line(self, at: Micros, severity: str, text: str, task: str, agent: str) -> None:
-        line = Line(at, severity, text)
+        line = NoticeLine(at, severity, text)
         if severity == "alarm":
             self.alarms.append(line)
         if task in self.state.tasks:
@@ -231,7 +231,7 @@ class View:
         data = {"stop": shown.stop, "state": "ended" if order is None else order.state, "by": shown.by}
         self.feed.add("order", at, text, task=record.task if record is not None else "", agent=agent, data=data)
 
-    def _refused(self, step: Step) -> None:
+    def _refused(self, step: EngineStep) -> None:
         """Tell that an order of a person was refused."""
         given = step.input
         refusal = step.reply

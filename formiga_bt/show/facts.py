@@ -14,14 +14,14 @@ from formiga_bt.base.clock import Micros
 Style = Literal["plain", "title", "kind", "agent", "dim", "warn"]
 
 
-class Span(Struct, frozen=True, omit_defaults=True):
+class StyledSpan(Struct, frozen=True, omit_defaults=True):
     """A piece of a line in one style."""
 
     text: str
     style: Style = "plain"
 
 
-class Spot(Struct, frozen=True):
+class FileSpot(Struct, frozen=True):
     """A place in a file; lines and columns count from 1."""
 
     file: str
@@ -36,7 +36,7 @@ class Box(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """`lang.places.static_path` of a step, for example `steps/steps[1].then[0]`; "" = no step."""
     kind: str
     """A step kind of the language (`do`, `ask`, `sequence`, ...), or `section`, `branch`, `param`, `var`, `role`."""
-    label: tuple[Span, ...]
+    label: tuple[StyledSpan, ...]
     modifiers: tuple[str, ...] = ()
     """In words: `when ...`, `timeout 2 min`, `3 attempts`."""
     role: str = ""
@@ -45,7 +45,7 @@ class Box(Struct, frozen=True, kw_only=True, omit_defaults=True):
     action: str = ""
     guard: str = ""
     """The condition that lets it run: of `when`, `if`, `guard`."""
-    spot: Spot | None = None
+    spot: FileSpot | None = None
     children: tuple["Box", ...] = ()
     hidden: int = 0
     """So many steps below are not drawn (`--depth`, `--collapse`)."""
@@ -59,7 +59,7 @@ class Drawing(Struct, frozen=True, kw_only=True, omit_defaults=True):
     description: str = ""
     facts: tuple[str, ...] = ()
     """Priority, timeout and the like, in words."""
-    spot: Spot
+    spot: FileSpot
     params: tuple[Box, ...] = ()
     vars: tuple[Box, ...] = ()
     roles: tuple[Box, ...] = ()
@@ -350,7 +350,7 @@ class Track(Struct, frozen=True, kw_only=True):
     points: tuple[Point, ...] = ()
 
 
-class Mark(Struct, frozen=True, kw_only=True, omit_defaults=True):
+class MapMark(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A named point of the site, or where something happened."""
 
     name: str
@@ -358,7 +358,7 @@ class Mark(Struct, frozen=True, kw_only=True, omit_defaults=True):
     at: Point
 
 
-class Shape(Struct, frozen=True, kw_only=True, omit_defaults=True):
+class MapShape(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """An area of the site."""
 
     name: str
@@ -372,8 +372,8 @@ class Chart(Struct, frozen=True, kw_only=True):
 
     site: str
     at: Micros
-    marks: tuple[Mark, ...]
-    shapes: tuple[Shape, ...]
+    marks: tuple[MapMark, ...]
+    shapes: tuple[MapShape, ...]
     tracks: tuple[Track, ...]
     origin_lat: float = 0.0
     origin_lng: float = 0.0

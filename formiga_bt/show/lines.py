@@ -3,14 +3,23 @@
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.engine.kernel.inputs import Abort, Alarm, Effect, LockdownOrder, Notify, Operator, PublishState, Step
+from formiga_bt.engine.kernel.inputs import (
+    Abort,
+    Alarm,
+    Effect,
+    EngineStep,
+    LockdownOrder,
+    NotifyPeople,
+    Operator,
+    PublishState,
+)
 from formiga_bt.engine.kernel.records import Question
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.show.facts import LineFact
 
 
-class Lines(Struct):
+class LineMaker(Struct):
     """Makes the lines; it remembers which status of each task was told last."""
 
     shown: dict[str, str]
@@ -18,7 +27,7 @@ class Lines(Struct):
     def of_effect(self, at: Micros, effect: Effect, state: EngineState) -> LineFact | None:
         """Return the line of an effect, or None if people need none."""
         match effect:
-            case Notify(text, to, severity, task):
+            case NotifyPeople(text, to, severity, task):
                 return LineFact(at=at, text=f"to {', '.join(to) or 'nobody'}: {text}", severity=severity, task=task)
             case Alarm(code, text, task, agent):
                 of = f", {task}" if task else ""
@@ -38,7 +47,7 @@ class Lines(Struct):
         return f"{status}: {code} {reason}".rstrip() if code else status
 
 
-def of_refusal(step: Step) -> LineFact | None:
+def of_refusal(step: EngineStep) -> LineFact | None:
     """Return the line of an order that was refused, or None."""
     given = step.input
     refusal = step.reply

@@ -34,13 +34,13 @@ TAIL = 8
 """Lines of the log in the live display."""
 
 
-class View:
+class LivePrinter:
     """Common part: the closing table."""
 
     def __init__(self) -> None:
         self.console = Console(highlight=False)
 
-    def __enter__(self) -> "View":
+    def __enter__(self) -> "LivePrinter":
         return self
 
     def __exit__(
@@ -97,7 +97,7 @@ class View:
         self.console.print(table)
 
 
-class PlainView(View):
+class PlainView(LivePrinter):
     """One line per thing that happens: for logs, pipes and `--headless`."""
 
     def __init__(self) -> None:
@@ -133,7 +133,7 @@ class PlainView(View):
         super().close_with(log, verdict)
 
 
-class LiveView(View):
+class LiveView(LivePrinter):
     """Tasks, agents and the last lines of the log, redrawn in place."""
 
     def __init__(self) -> None:
@@ -141,7 +141,7 @@ class LiveView(View):
         self._live = Live(console=self.console, refresh_per_second=5, transient=True)
         self._missing: Sequence[str] = ()
 
-    def __enter__(self) -> "View":
+    def __enter__(self) -> "LivePrinter":
         self._live.__enter__()
         return self
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.show.facts import Spread, Stats
-from formiga_bt.show.tree.terminal import Line, Piece, columns_of, cut_to, safe
+from formiga_bt.show.tree.terminal import DrawnLine, LinePiece, columns_of, cut_to, safe
 
 TABLES: Final = (
     ("tasks", "tasks", "from the first step to the end"),
@@ -50,7 +50,7 @@ _FEWER: Final = (
 """What is left out where the terminal is narrow."""
 
 
-def draw(stats: Stats, *, width: int = 100, ascii_only: bool = False) -> list[Line]:
+def draw(stats: Stats, *, width: int = 100, ascii_only: bool = False) -> list[DrawnLine]:
     """Return the tables as lines; tables without rows are left out.
 
     Args:
@@ -59,14 +59,14 @@ def draw(stats: Stats, *, width: int = 100, ascii_only: bool = False) -> list[Li
         ascii_only: plain ASCII.
     """
     glyphs = _ASCII if ascii_only else _BOX
-    lines = [Line((Piece(cut_to(_over(stats), width, glyphs.cut), "dim"),))]
+    lines = [DrawnLine((LinePiece(cut_to(_over(stats), width, glyphs.cut), "dim"),))]
     for field, title, meaning in TABLES:
         spreads: Sequence[Spread] = getattr(stats, field)
         if spreads:
-            lines.append(Line((Piece(""),)))
+            lines.append(DrawnLine((LinePiece(""),)))
             lines += _table(title, meaning, spreads, width, glyphs, ascii_only)
     if len(lines) == 1:
-        lines.append(Line((Piece("nothing has ended yet"),)))
+        lines.append(DrawnLine((LinePiece("nothing has ended yet"),)))
     return lines
 
 
@@ -102,23 +102,25 @@ def _over(stats: Stats) -> str:
 
 def _table(
     title: str, meaning: str, spreads: Sequence[Spread], width: int, glyphs: _Glyphs, ascii_only: bool
-) -> Iterator[Line]:
+) -> Iterator[DrawnLine]:
     names = [safe(f"{one.group} {one.name}".strip(), ascii_only) for one in spreads]
     most = max((one.most_s for one in spreads if one.n), default=0.0)
     kept, name_width, box_width = _room(names, spreads, width)
     cells = [_cells(one, kept) for one in spreads]
     widths = [max(len(head), *(len(row[i]) for row in cells)) for i, head in enumerate(kept)]
-    yield Line((Piece(title, "title"), Piece(cut_to(f"  {meaning}", max(0, width - len(title)), glyphs.cut), "dim")))
+    yield DrawnLine(
+        (LinePiece(title, "title"), LinePiece(cut_to(f"  {meaning}", max(0, width - len(title)), glyphs.cut), "dim"))
+    )
     head = " " * name_width + "".join(f"  {word:>{w}}" for word, w in zip(kept, widths, strict=True))
-    yield Line((Piece(head + _scale(most, box_width), "dim"),))
+    yield DrawnLine((LinePiece(head + _scale(most, box_width), "dim"),))
     for one, name, row in zip(spreads, names, cells, strict=True):
         shown = cut_to(name, name_width, glyphs.cut)
-        pieces = [Piece(shown + " " * (name_width - columns_of(shown)), "agent")]
+        pieces = [LinePiece(shown + " " * (name_width - columns_of(shown)), "agent")]
         for word, text, w in zip(kept, row, widths, strict=True):
-            pieces.append(Piece(f"  {text:>{w}}", "failure" if word == "failed" and one.failed else "plain"))
+            pieces.append(LinePiece(f"  {text:>{w}}", "failure" if word == "failed" and one.failed else "plain"))
         if box_width:
-            pieces.append(Piece(f"  {_box(one, most, box_width, glyphs)}", "kind"))
-        yield Line(tuple(pieces))
+            pieces.append(LinePiece(f"  {_box(one, most, box_width, glyphs)}", "kind"))
+        yield DrawnLine(tuple(pieces))
 
 
 def _room(names: Sequence[str], spreads: Sequence[Spread], width: int) -> tuple[Sequence[str], int, int]:

@@ -12,13 +12,13 @@ _CODES: Final[dict[Ink, str]] = {
 }  # fmt: skip
 
 
-class Text(Struct, frozen=True):
+class StyledLine(Struct, frozen=True):
     """One line: pieces, each in one ink."""
 
     pieces: tuple[tuple[str, Ink], ...]
 
     @classmethod
-    def of(cls, text: str, ink: Ink = "") -> "Text":
+    def of(cls, text: str, ink: Ink = "") -> "StyledLine":
         """Return a line of one piece."""
         return cls(((text, ink),))
 
@@ -63,7 +63,7 @@ class Canvas:
         """Return whether a letter or a digit is written there."""
         return self._cells.get((row, column), (" ", ""))[0].isalnum()
 
-    def lines(self) -> Iterator[Text]:
+    def lines(self) -> Iterator[StyledLine]:
         """Yield the rows from the top."""
         for row in range(self.height):
             pieces: list[tuple[str, Ink]] = []
@@ -74,4 +74,4 @@ class Canvas:
                     pieces[-1] = pieces[-1][0] + character, ink
                 else:
                     pieces.append((character, ink))
-            yield Text(tuple(pieces))
+            yield StyledLine(tuple(pieces))

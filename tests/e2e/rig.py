@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Submit
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -122,7 +122,7 @@ class Rig(Demo):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        self.steps: list[Step] = []
+        self.steps: list[EngineStep] = []
         self.driver.listeners.append(self.steps.append)
         self.pids: set[int] = set()
 

@@ -12,7 +12,7 @@ from agents_sim.launch import FleetProcesses
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.terminal import at_terminal
-from tests.e2e.test_real_site import approve, set_secrets
+from tests.e2e.test_real_site import SECRET, approve, set_secrets
 from tests.e2e.test_real_site import field as field
 from tests.e2e.test_service import Shell, wait_for_agents
 from tests.e2e.test_service import shell as shell
@@ -92,8 +92,9 @@ def test_on_a_real_site_an_approver_comes_between(field: Shell, endpoint: FakeEn
         assert "LookAtShore is served now" in said
         assert "is not approved as it is now" in said
         assert f"next: formiga approve {FILE} --by NAME" in said
-        set_secrets(field, "ann")
+        set_secrets(field, "ann", "pia")
         assert "is approved by ann" in approve(field, FILE, "ann")
+        field.environment["FORMIGA_SECRET"] = SECRET
         field.run("duty", "pia", "on")
         assert re.search(r"^LookAtShore-1 SUCCEEDED", field.run("run", FILE, "--follow"), re.MULTILINE)
     field.run("down", "--yes")

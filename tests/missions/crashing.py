@@ -45,7 +45,7 @@ class Killer:
         self.shot = snapshot(flight.engine.state)
         self.again: tuple[Any, ...] = ()
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         """Keep steps, or die."""
         (step,) = steps
         self.left -= 1
@@ -53,7 +53,7 @@ class Killer:
         if not dies or self.when == "kept":
             if dies or self.left == 1:
                 self.shot = snapshot(self.flight.engine.state)
-            self.again = tuple(e for e in step.effects if isinstance(e, inp.CancelGoal | inp.Notify | inp.Alarm))
+            self.again = tuple(e for e in step.effects if isinstance(e, inp.CancelGoal | inp.NotifyPeople | inp.Alarm))
         if dies and self.when == "kept":
             self.flight.steps.append(step)  # it is in the journal, and nobody was told of it
         if dies:
@@ -71,7 +71,7 @@ class Crashing:
     def __init__(self, flight: Rehearsal) -> None:
         self.flight = flight
         self.begun: list[Begun] = []
-        self.seen: list[inp.Step] = flight.steps
+        self.seen: list[inp.EngineStep] = flight.steps
         self.shot = b""
         self.again: tuple[Any, ...] = ()
         self.killed_at = 0
@@ -118,7 +118,7 @@ class Crashing:
             scheduler.run_next()
         scheduler.advance_to(limit)
 
-    def resume(self, away_s: float = 2.0, *, state: EngineState | None = None, **given: Any) -> inp.Step:
+    def resume(self, away_s: float = 2.0, *, state: EngineState | None = None, **given: Any) -> inp.EngineStep:
         """Go on with another engine from what the killed one had kept; return its first step.
 
         Args:

@@ -13,7 +13,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, horizontal_m
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.kernel.inputs import Abort, Operator, SendGoal, Step
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Operator, SendGoal
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
@@ -369,7 +369,7 @@ def test_a_word_ends_after_a_minute(fly: Fly) -> None:
 class AtTheStart(Killer):
     """Ends the engine when a TakeOff is sent: the step is kept, and the goal never leaves."""
 
-    def keep(self, steps: Sequence[Step]) -> Outcome:
+    def keep(self, steps: Sequence[EngineStep]) -> Outcome:
         """Keep steps, or die."""
         if any(isinstance(e, SendGoal) and e.action == "TakeOff" for step in steps for e in step.effects):
             self.left = 1

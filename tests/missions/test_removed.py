@@ -5,7 +5,7 @@ import pytest
 from agents_sim.world import AgentSpec
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place
-from formiga_bt.engine.kernel.inputs import Alarm, Notify, Operator
+from formiga_bt.engine.kernel.inputs import Alarm, NotifyPeople, Operator
 from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.rehearsal.testing import alarms, effects, folded
 from tests.missions.conftest import Fly
@@ -55,7 +55,7 @@ def test_who_said_so_is_in_the_journal_and_people_are_told(fly: Fly) -> None:
     rehearsal.ask(Operator("removed", "hwd_1", "ann"))
 
     step = next(s for s in rehearsal.steps if s.input == Operator("removed", "hwd_1", "ann"))
-    assert [e.text for e in step.effects if isinstance(e, Notify)] == [
+    assert [e.text for e in step.effects if isinstance(e, NotifyPeople)] == [
         "hwd_1 was removed, says ann: its way and its place are free"
     ]
     assert folded(rehearsal.steps).agents["hwd_1"] == rehearsal.engine.state.agents["hwd_1"]
@@ -183,4 +183,4 @@ def test_one_that_was_never_admitted_frees_its_place_too(fly: Fly) -> None:
 
     record = rehearsal.engine.state.agents[stranger.id]
     assert (record.position, record.quarantine) == (None, "")
-    assert effects(rehearsal, Notify)[-1].text.startswith(f"{stranger.id} was removed")
+    assert effects(rehearsal, NotifyPeople)[-1].text.startswith(f"{stranger.id} was removed")

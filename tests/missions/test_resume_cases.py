@@ -77,7 +77,7 @@ def settled(flown: Crashing) -> None:
 
 
 def told(flown: Crashing) -> list[str]:
-    return [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+    return [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.NotifyPeople)]
 
 
 def ends(flown: Crashing, task_id: str, status: str = "SUCCEEDED") -> TaskRecord:
@@ -102,7 +102,7 @@ def test_no_timer_fires_and_no_goal_leaves_before_machines_have_told() -> None:
     settled(flown)
     queries = [e for s in flown.seen if s.seq > first.seq for e in s.effects if isinstance(e, inp.QueryGoal)]
     assert [(q.agent, q.goal_ids) for q in queries][:1] == [("lwd_1", (f"{id_}/1/steps/steps[1]@1",))]
-    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.NotifyPeople)]
     assert notices == [f"resumed after 3.0 s: {id_} on"]
     ends(flown, id_)
 
@@ -192,7 +192,7 @@ steps:
     flown.die()
     flown.resume(away_s=20)
     settled(flown)
-    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.NotifyPeople)]
     assert notices == ["first", "second", "third", f"resumed after 20.0 s: {id_} on"]
     ends(flown, id_)
 
@@ -502,11 +502,13 @@ class TestOutbox:
         before = len(flown.seen)
         probe, _ = begin()
         assert probe.run()
-        said = next(s.seq for s in probe.seen for e in s.effects if isinstance(e, inp.Notify) and e.text == "it is yes")
+        said = next(
+            s.seq for s in probe.seen for e in s.effects if isinstance(e, inp.NotifyPeople) and e.text == "it is yes"
+        )
         flown.kill_at(said - flown.seen[before - 1].seq)
         assert not flown.run()
         first = flown.resume(away_s=2)
-        assert [e.text for e in first.effects if isinstance(e, inp.Notify)] == ["it is yes"]
+        assert [e.text for e in first.effects if isinstance(e, inp.NotifyPeople)] == ["it is yes"]
         ends(flown, id_)
 
     def test_a_question_that_was_withdrawn_is_withdrawn_again(self) -> None:
@@ -547,7 +549,7 @@ class TestPeople:
         flown.resume(away_s=5)
         ends(flown, id_)
         assert [one.goal for one in flown.begun if one.action == "Confirm"] == [f"{id_}/1/steps/steps[2]~watcher_1"]
-        notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+        notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.NotifyPeople)]
         assert "it is no" in notices
 
     def test_an_open_question_stays_open_under_its_number(self) -> None:
@@ -589,7 +591,9 @@ class TestGivenUp:
         assert "it stopped the engine each time it was resumed" in ended.reason
         assert flown.flight.engine.state.agents["lwd_1"].landed == "grounded"
         assert any(text.startswith(f"{id_} is not resumed, its machines come home") for text in flown.alarms())
-        assert not [e for step in flown.seen for e in step.effects if isinstance(e, inp.Notify) and "tidied" in e.text]
+        assert not [
+            e for step in flown.seen for e in step.effects if isinstance(e, inp.NotifyPeople) and "tidied" in e.text
+        ]
 
     def test_a_task_of_another_version_goes_home(self) -> None:
         flown, id_ = begin()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
@@ -28,7 +28,7 @@ class Journaled:
         )  # fmt: skip
         self.writer.begin()
 
-    def keep(self, steps: Sequence[Step]) -> Outcome:
+    def keep(self, steps: Sequence[EngineStep]) -> Outcome:
         """Keep steps, and die after the last one."""
         kept = self.writer.keep(steps)
         self.left -= 1

@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel.changes import ResumePut
-from formiga_bt.engine.kernel.inputs import Alarm, Operator, Outage, QueryGoal, SendGoal, Step, TimerDue, WallDue
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Outage, QueryGoal, SendGoal, TimerDue, WallDue
 from formiga_bt.engine.kernel.replies import Done
 from formiga_bt.rehearsal.testing import check_rehearsal
 from tests.missions.crashing import Crashing
@@ -20,7 +20,7 @@ def plain() -> dict[str, Plain]:
     return {name: Plain(name) for name in MISSIONS}
 
 
-def stand(flown: Crashing, seconds: float) -> Step:
+def stand(flown: Crashing, seconds: float) -> EngineStep:
     return flown.flight.driver.stand_still(round(seconds * SECOND))
 
 

@@ -13,7 +13,7 @@ from formiga_bt.base.clock import micros
 from formiga_bt.engine.tasks.treerun import Ended, TreeHost
 from formiga_bt.lang import model
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.nodes.ends import ChildEnd, End, GoalEnd, Release
+from formiga_bt.nodes.ends import AgentReleased, ChildEnd, End, GoalEnd
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TaskOrder, TidyOrder
 
 
@@ -865,7 +865,7 @@ class NaiveTrees:
         held = [one for one in agents if not self.host.is_released(one)]
         for one in held:
             self.host.release(one, at.key, tuple(after))
-        return [Release(one) for one in held]
+        return [AgentReleased(one) for one in held]
 
     def _stop_block(self, at: At, mem: dict[str, Any]) -> list[End]:
         assert isinstance(at.step, model.WithAgents)

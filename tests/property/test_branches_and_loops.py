@@ -456,7 +456,7 @@ def told(world: World) -> list[str]:
     found = []
     for step in world.steps:
         for effect in step.effects:
-            if isinstance(effect, inp.Notify) and effect.task == "Edge-1":
+            if isinstance(effect, inp.NotifyPeople) and effect.task == "Edge-1":
                 found.append(f"{(step.at - START) / 1e6:.0f} {effect.text}")
     return found
 

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import Mission, missions
@@ -23,7 +23,7 @@ def fly(mission: Mission, trees: TreesFactory = CompiledTrees) -> World:
     return world
 
 
-def visible(step: Step) -> tuple[Any, ...]:
+def visible(step: EngineStep) -> tuple[Any, ...]:
     """Return what two interpreters must agree on."""
     changes = tuple(c for c in step.changes if not isinstance(c, ch.NodeMem | ch.DeadlineSet))
     return step.seq, step.at, step.input, changes, step.effects, step.reply

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.lang.places import static_path, steps_with_paths
 from formiga_bt.show.history.ledger import Ledger
@@ -19,7 +19,7 @@ def remembered(ledger: Ledger, task_id: str) -> set[str]:
     return {static_path(key) for key in ledger.state.memory.get(task_id, {})}
 
 
-def check(ledger: Ledger, world: World, step: Step) -> Counter[str]:
+def check(ledger: Ledger, world: World, step: EngineStep) -> Counter[str]:
     seen: Counter[str] = Counter()
     for task in ledger.state.tasks.values():
         facts = {fact.path: fact for fact in ledger.stories[task.id].progress.facts()}

@@ -28,7 +28,7 @@ def below(key: str, path: str) -> bool:
     return key == path or key.startswith(f"{path}.finally[")
 
 
-def only_its_section_runs(world: World, step: inp.Step) -> None:
+def only_its_section_runs(world: World, step: inp.EngineStep) -> None:
     for task in world.engine.state.tasks.values():
         ways_home = {r.section for r in task.recovering if r.state == "running"}
         may_run = set() if task.section == "recover" or task.stopping else {task.section}
@@ -39,7 +39,7 @@ def only_its_section_runs(world: World, step: inp.Step) -> None:
 
 
 def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_running_node() -> None:
-    def watch(world: World, step: inp.Step) -> None:
+    def watch(world: World, step: inp.EngineStep) -> None:
         only_its_section_runs(world, step)
         for task in world.open_tasks():
             kept = {key.removesuffix(":items") for key in world.engine.state.memory.get(task, {})}
@@ -149,7 +149,7 @@ def test_two_tasks_of_one_file_never_see_each_others_names() -> None:
         world.scheduler.call_at(START, lambda n=number: world.driver.feed(inp.Submit("Twin", {"number": n})))  # type: ignore[misc]
     world.run()
     effects = [effect for step in world.steps for effect in step.effects]
-    told = sorted(effect.text for effect in effects if isinstance(effect, inp.Notify))
+    told = sorted(effect.text for effect in effects if isinstance(effect, inp.NotifyPeople))
     assert told == ["Twin-1 3 3", "Twin-1 6 3", "Twin-2 40 40", "Twin-2 80 40"]
     far = {effect.goal_id: effect.fields["far"] for effect in effects if isinstance(effect, inp.SendGoal)}
     assert far == {"Twin-1/1/steps/steps[4]": 3, "Twin-2/1/steps/steps[4]": 40}

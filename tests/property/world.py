@@ -17,7 +17,7 @@ from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -289,7 +289,7 @@ class World:
         self.engine = Engine(site, catalogue, self.models, trees=trees)
         if getattr(trees, "looks_at_everything", False):
             self._wake_all_on_any_change()
-        self.steps: list[Step] = []
+        self.steps: list[EngineStep] = []
         self.statuses: list[dict[str, dict[str, str]]] = []
         self.watch = watch
         self.driver = VirtualDriver(self.engine, [self.hub.transport], self.scheduler, listeners=[self._note])
@@ -311,7 +311,7 @@ class World:
 
         core.emit = emit_and_wake  # type: ignore[method-assign]
 
-    def _note(self, step: Step) -> None:
+    def _note(self, step: EngineStep) -> None:
         self.steps.append(step)
         self.statuses.append({task: self.engine.statuses(task) for task in self.engine.runs.open})
         if self.watch is not None:

@@ -331,7 +331,7 @@ MISSIONS: dict[str, Callable[[Rehearsal], None]] = {
 ENCODER = msgspec.json.Encoder()
 
 
-def out(step: inp.Step) -> bytes:
+def out(step: inp.EngineStep) -> bytes:
     """Return the bytes of a step without its input."""
     return ENCODER.encode((step.seq, step.at, step.changes, step.effects, step.reply))
 

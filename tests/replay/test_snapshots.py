@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.engine.kernel.state import load_snapshot
-from formiga_bt.nodes.ends import ChildEnd, GoalEnd, Release
+from formiga_bt.nodes.ends import AgentReleased, ChildEnd, GoalEnd
 from formiga_bt.nodes.memory import (
     AskMem,
     CallMem,
@@ -69,7 +69,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
         *(m.drain for m in mems if isinstance(m, TimeoutMem | LiveMem | GatherMem)),
     ]
     ends = {type(end) for drain in drains for end in drain}
-    assert {GoalEnd, Release, ChildEnd} <= ends
+    assert {GoalEnd, AgentReleased, ChildEnd} <= ends
     assert any(isinstance(mem, LiveMem) and mem.halting and mem.drain for mem in mems)
     assert any(isinstance(mem, LoopMem | RetryMem) and mem.waiting for mem in mems)
     assert any(isinstance(mem, RetryMem) and mem.failed for mem in mems)

@@ -164,7 +164,7 @@ class Monitor:
         return one.body if one is not None and isinstance(one.body, Drone) else None
 
     # -- each step -----------------------------------------------------------------------------------------------------
-    def step(self, step: inp.Step) -> None:
+    def step(self, step: inp.EngineStep) -> None:
         """Judge one step."""
         state = self.state
         agents, goals, tasks, orders = dict(state.agents), dict(state.goals), dict(state.tasks), dict(state.orders)
@@ -218,7 +218,7 @@ class Monitor:
                     self.tell("exception", f"{task.id} ends {task.code}: {task.reason}")
 
     # -- what came in --------------------------------------------------------------------------------------------------
-    def _hear(self, step: inp.Step) -> None:
+    def _hear(self, step: inp.EngineStep) -> None:
         given = step.input
         match given:
             case inp.AgentSeenInput(card):
@@ -266,7 +266,7 @@ class Monitor:
         told.control, told.boot, told.seq, told.stamp = status.control, status.boot_id, status.seq, status.stamp
         self._charge(status, record)
 
-    def _event(self, step: inp.Step, event: GoalEvent) -> None:
+    def _event(self, step: inp.EngineStep, event: GoalEvent) -> None:
         if event.status is not None:
             self._status(event.status)
         if event.state == "unknown" and event.goal_id in self._sent:
@@ -274,7 +274,7 @@ class Monitor:
         if event.state == "succeeded" and "answer" in event.result:
             self._answer(step, event)
 
-    def _answer(self, step: inp.Step, event: GoalEvent) -> None:
+    def _answer(self, step: inp.EngineStep, event: GoalEvent) -> None:
         said = str(event.result["answer"])
         question = event.goal_id.partition("~")[0]
         if question.startswith("clear/"):
@@ -298,7 +298,7 @@ class Monitor:
             self.tell("control", f"{what} to {agent}, which nobody has handed back")
 
     def _send(
-        self, step: inp.Step, goal: inp.SendGoal, tasks: dict[str, TaskRecord], orders: dict[str, StandingOrder]
+        self, step: inp.EngineStep, goal: inp.SendGoal, tasks: dict[str, TaskRecord], orders: dict[str, StandingOrder]
     ) -> None:
         self._command(goal.agent, goal.goal_id)
         if self._sent.get(goal.goal_id) == "sent":
@@ -386,7 +386,7 @@ class Monitor:
         reserve = max(limits.get("reserve_pct", 25.0), self.site.envelope.get("reserve_pct", 0.0))
         return reserve + seconds * limits["cruise_drain_pct_s"] - battery
 
-    def _ends(self, step: inp.Step, goals: dict[str, GoalRecord]) -> None:
+    def _ends(self, step: inp.EngineStep, goals: dict[str, GoalRecord]) -> None:
         match step.input:
             case inp.GoalEventInput(event) if event.state in TERMINAL and event.state != "rejected":
                 goal = goals.get(event.goal_id)

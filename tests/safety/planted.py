@@ -25,7 +25,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.timers import AcceptDue, GoalTimer
 from formiga_bt.engine.orders.breaches import Breaches
 from formiga_bt.engine.orders.lockdown import Lockdowns
-from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.recovery import Recovery
 from formiga_bt.safety import gate
@@ -43,7 +43,7 @@ def _ask_with(patch: Patch, **fields: Any) -> None:
     patch.setattr(GateView, "ask", lambda self, goal: _unless_human(ask(self, goal), fields))
 
 
-def _unless_human(ask: gate.Ask, fields: dict[str, Any]) -> gate.Ask:
+def _unless_human(ask: gate.GateInput, fields: dict[str, Any]) -> gate.GateInput:
     return ask if ask.human else replace(ask, **fields)
 
 
@@ -94,7 +94,7 @@ def clearance_never_expires(patch: Patch) -> None:
     """A word counts for ever."""
     given = GateView.ask
 
-    def ask(self: GateView, goal: Any) -> gate.Ask:
+    def ask(self: GateView, goal: Any) -> gate.GateInput:
         found = given(self, goal)
         word = found.clearance
         return found if word is None else replace(found, clearance=replace_at(word, self._core.now))
@@ -203,20 +203,20 @@ def held_tasks_go_on(patch: Patch) -> None:
 
 def orders_are_not_carried_out(patch: Patch) -> None:
     """Orders stand, and nobody does what they say."""
-    patch.setattr(Orders, "_start", lambda self, agent, order: None)
+    patch.setattr(StandingOrders, "_start", lambda self, agent, order: None)
 
 
 def orders_are_forgotten(patch: Patch) -> None:
     """What was ordered of a machine that nobody has is forgotten: it hovers."""
-    put = Orders.put
+    put = StandingOrders.put
 
-    def forgets(self: Orders, order: Any) -> None:
+    def forgets(self: StandingOrders, order: Any) -> None:
         put(self, order)
         if not self._core.state.agents[order.agent].task:
             self._core.emit(ch.OrderPut(order.agent, None))
 
-    patch.setattr(Orders, "put", forgets)
-    patch.setattr(Orders, "advance", lambda self, agent_id: None)
+    patch.setattr(StandingOrders, "put", forgets)
+    patch.setattr(StandingOrders, "advance", lambda self, agent_id: None)
 
 
 def goals_are_sent_again_blindly(patch: Patch) -> None:

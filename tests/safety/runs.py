@@ -87,7 +87,7 @@ class Run:
         if self.loud:
             self.lines.append(f"{(self.world.now - self.monitor.start) / SECOND:9.3f}  {text}")
 
-    def _tell_step(self, step: inp.Step) -> None:
+    def _tell_step(self, step: inp.EngineStep) -> None:
         match step.input:
             case inp.GoalEventInput(event) if event.state in TERMINAL:
                 self.tell(f"  {event.agent}: {event.goal_id} {event.state} {event.code} {event.result or ''}".rstrip())

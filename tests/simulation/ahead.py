@@ -28,8 +28,8 @@ class AheadDriver(VirtualDriver):
 
     world: "World"
     dice: Random
-    batch: list[inp.Step]
-    under_way: list[inp.Step] | None
+    batch: list[inp.EngineStep]
+    under_way: list[inp.EngineStep] | None
     staged: bool
     dead: bool
     due: bool
@@ -47,7 +47,7 @@ class AheadDriver(VirtualDriver):
         driver.staged = driver.dead = driver.due = False
         driver.late, driver.stood_at = [], -1
 
-    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+    def _handle(self, now: Micros, given: inp.Input) -> inp.EngineStep:
         step = self.engine.handle(now, given)
         self.world.keeper.take(step)
         for change in step.changes:
@@ -108,7 +108,7 @@ class AheadDriver(VirtualDriver):
         if not self.dead:
             self._feed(given)
 
-    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.Step:
+    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.EngineStep:
         """Stand still, commits too; what did not leave before does so only if it is no goal of a step."""
         self.stood_at = self.scheduler.now()
         step = super().stand_still(us, wall)
@@ -118,7 +118,7 @@ class AheadDriver(VirtualDriver):
                 getattr(self, call)()
         return step
 
-    def _too_late(self, step: inp.Step, effect: inp.Effect) -> inp.EffectFailed | None:
+    def _too_late(self, step: inp.EngineStep, effect: inp.Effect) -> inp.EffectFailed | None:
         if step.at > self.stood_at or not isinstance(effect, inp.SendGoal) or effect.safety:
             return None
         if self.engine.state.agents[effect.agent].human:

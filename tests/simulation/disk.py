@@ -11,12 +11,12 @@ import msgspec
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.codec import Codec
 from formiga_bt.journal.past import Past
-from formiga_bt.journal.store import Gap, Journal, Kept, Row, Unwritable
-from formiga_bt.journal.thin import THINNED, Block, Point, pack, unpack
+from formiga_bt.journal.store import Gap, Journal, KeptStep, StepRow, Unwritable
+from formiga_bt.journal.thin import THINNED, Block, TrackPoint, pack, unpack
 from formiga_bt.journal.writer import Writer
 
 SLOW_S: Final = 0.8
@@ -59,11 +59,11 @@ class MemoryJournal:
         del wall, versions, at
         self.snapshot(state, state.now)
 
-    def append(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> None:
+    def append(self, rows: Sequence[StepRow], blocks: Sequence[Block] = ()) -> None:
         """Keep steps and way points."""
         self.stage(rows, blocks)()
 
-    def stage(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> Callable[[], None]:
+    def stage(self, rows: Sequence[StepRow], blocks: Sequence[Block] = ()) -> Callable[[], None]:
         """Write steps and way points; return what makes them durable."""
         self._write()
         kept = [(row.seq, row.at, row.wall, row.kind, row.blob) for row in rows]
@@ -101,16 +101,16 @@ class MemoryJournal:
         del until, light
         return self.codec.decode_state(self._snapshots[-1][1]) if self._snapshots else None
 
-    def read(self, after: int = 0, to: int | None = None, *, until: Micros | None = None) -> Iterator[Kept]:
+    def read(self, after: int = 0, to: int | None = None, *, until: Micros | None = None) -> Iterator[KeptStep]:
         """Return steps in order."""
         del to, until
         first = len(self.rows)
         while first and self.rows[first - 1][0] > after:
             first -= 1
         for seq, at, wall, kind, blob in self.rows[first:]:
-            yield Kept(seq, at, wall, kind, self.codec.decode(blob))
+            yield KeptStep(seq, at, wall, kind, self.codec.decode(blob))
 
-    def points_at(self, agents: Iterable[str], after: int, until: Micros | None = None) -> dict[str, Point]:
+    def points_at(self, agents: Iterable[str], after: int, until: Micros | None = None) -> dict[str, TrackPoint]:
         """Return the newest way point of each agent."""
         del agents, until
         found = {agent: unpack(blob)[-1] for agent, blob in self._points}
@@ -177,7 +177,7 @@ class Disk:
             raw.exec_driver_sql(f"PRAGMA max_page_count = {pages if full else 1_000_000_000}")
             raw.rollback()
 
-    def keep(self, step: Step) -> Outcome:
+    def keep(self, step: EngineStep) -> Outcome:
         """Keep a step."""
         assert self.writer is not None
         return self.writer.keep((step,))
@@ -199,10 +199,10 @@ class Disk:
             self.journal.close()
         self.writer = None
 
-    def found(self) -> tuple[EngineState, list[Kept]]:
+    def found(self) -> tuple[EngineState, list[KeptStep]]:
         """Return the state that is read from it, and the last steps of it."""
         if self.memory is not None:
-            tail = [Kept(*row[:4], self.memory.codec.decode(row[4])) for row in self.memory.rows[-1:]]
+            tail = [KeptStep(*row[:4], self.memory.codec.decode(row[4])) for row in self.memory.rows[-1:]]
             return Past(self.memory).state(), tail  # type: ignore[arg-type]
         assert self._file is not None
         with Journal(self._file, "ten", read_only=True) as journal:

@@ -130,7 +130,7 @@ class Invariants:
             self._hold(task, None)
 
     # -- each step -----------------------------------------------------------------------------------------------------
-    def step(self, step: inp.Step) -> None:
+    def step(self, step: inp.EngineStep) -> None:
         """Look at a step, before it is kept."""
         state, self.steps = self.state, self.steps + 1
         if step.seq != state.seq + 1:
@@ -337,7 +337,7 @@ def _machines(task: TaskRecord) -> list[str]:
     return [agent for group in task.roles.values() for agent in group] if task.section != "done" else []
 
 
-def _touched(step: inp.Step) -> dict[str, None]:
+def _touched(step: inp.EngineStep) -> dict[str, None]:
     """Return the tasks whose record, or whose tree, a step changed."""
     found: dict[str, None] = {}
     for change in step.changes:

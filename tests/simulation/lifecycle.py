@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, Request, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.inputs import EngineStep
+from formiga_bt.engine.kernel.records import AgentRecord, AgentRequest, GoalRecord, Question, StandingOrder, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.show.why.causes import CAUSES
@@ -49,7 +49,7 @@ class Recorder:
             for machine, parts in _parts_of(task):
                 self._parts[machine, task.id] = parts
 
-    def look(self, step: Step) -> tuple[Row, ...]:
+    def look(self, step: EngineStep) -> tuple[Row, ...]:
         """Take a step; return the transitions in it that no table has."""
         strange = []
         for change in step.changes:
@@ -192,7 +192,7 @@ def _order(agent_id: str, order: StandingOrder | None) -> Point:
     return "order", agent_id, NONE if order is None else f"{order.stop} {order.state}"
 
 
-def _request(task_id: str, request: Request | None) -> Point:
+def _request(task_id: str, request: AgentRequest | None) -> Point:
     kind = "block's request" if "|" in task_id else "task's request"
     return kind, task_id, NONE if request is None else "others step aside" if request.preempting else "waits"
 

@@ -38,7 +38,7 @@ def between(state: EngineState, engine: Engine) -> Found:
     yield from _trees(engine)
 
 
-def of_step(state: EngineState, step: inp.Step) -> Found:
+def of_step(state: EngineState, step: inp.EngineStep) -> Found:
     """Look at a step; `state` is still that before it."""
     given = step.input
     if isinstance(given, inp.Resumed):
@@ -55,7 +55,7 @@ def of_step(state: EngineState, step: inp.Step) -> Found:
                 yield "late", f"{timer} was due {(step.at - deadline.at) / 1e6:.3f} s ago"
 
 
-def of_effects(state: EngineState, step: inp.Step) -> Found:
+def of_effects(state: EngineState, step: inp.EngineStep) -> Found:
     """Look at what a step sends and grants; `state` is that after it."""
     for change in step.changes:
         if isinstance(change, ch.Granted) and state.lockdown is not None and not state.tasks[change.task].system_agent:
@@ -80,7 +80,7 @@ def of_effects(state: EngineState, step: inp.Step) -> Found:
             yield "reconcile", f"{effect.goal_id} leaves while machines are asked what they did"
 
 
-def _held_back(state: EngineState, step: inp.Step) -> Found:
+def _held_back(state: EngineState, step: inp.EngineStep) -> Found:
     """Follow a step in order: a goal that is sent while its task is HELD, by a cause of before it."""
     tasks: dict[str, TaskRecord] = {}
     for change in step.changes:

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import records as rec
-from formiga_bt.engine.kernel.inputs import Step, TimerDue
+from formiga_bt.engine.kernel.inputs import EngineStep, TimerDue
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import AllocationDue
 from formiga_bt.engine.restart.journal_backpressure import LEVELS
@@ -94,6 +94,6 @@ def test_a_run_tells_what_it_took() -> None:
     assert {"goal.running", "agents"} <= report.causes
 
 
-def step(*tasks: rec.TaskRecord) -> Step:
+def step(*tasks: rec.TaskRecord) -> EngineStep:
     """Return a step that puts these records."""
-    return Step(1, 0, TimerDue(AllocationDue()), tuple(ch.TaskPut(task) for task in tasks), ())
+    return EngineStep(1, 0, TimerDue(AllocationDue()), tuple(ch.TaskPut(task) for task in tasks), ())

@@ -58,9 +58,9 @@ def _catalogue() -> Catalogue:
     return replace(shipped, types=types)
 
 
-def _unheard(given: inp.Input) -> inp.Step:
+def _unheard(given: inp.Input) -> inp.EngineStep:
     """An engine that is dead hears nothing."""
-    return inp.Step(0, 0, given, (), ())
+    return inp.EngineStep(0, 0, given, (), ())
 
 
 class Sign(Struct, frozen=True):
@@ -84,7 +84,7 @@ class Keeper:
         """Goals that were sent by steps that wait for room on the disk."""
         self.sign = Sign()
 
-    def take(self, step: inp.Step) -> None:
+    def take(self, step: inp.EngineStep) -> None:
         """Take a step that is kept later (`AheadDriver`), or die."""
         self.left -= 1
         if self.left == 0 and self.when == "lost":
@@ -93,7 +93,7 @@ class Keeper:
         if self.left == 0:
             raise Killed
 
-    def kept(self, steps: Sequence[inp.Step], kept: Outcome) -> None:
+    def kept(self, steps: Sequence[inp.EngineStep], kept: Outcome) -> None:
         """Steps that were taken are kept."""
         self.durable = kept.durable
         sent = [effect.goal_id for step in steps for effect in step.effects if isinstance(effect, inp.SendGoal)]
@@ -106,7 +106,7 @@ class Keeper:
         if last.at // SECOND != self.sign.at // SECOND:
             self.sign = Sign(self.world.wall(), last.at, last.seq)
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         """Keep a step, or die."""
         (step,) = steps
         world = self.world
@@ -211,7 +211,7 @@ class World:
         if self._loud:
             self.lines.append(f"{(self.now - self._begin) / SECOND:9.3f} s, step {self.invariants.steps}: {text}")
 
-    def _tell_step(self, step: inp.Step) -> None:
+    def _tell_step(self, step: inp.EngineStep) -> None:
         match step.input:
             case inp.GoalEventInput(event) if event.state not in ("running", "accepted"):
                 self.tell(f"  {event.agent}: {event.goal_id} {event.state} {event.code}".rstrip())
@@ -335,7 +335,10 @@ class World:
         state.now = min(max(state.now, last[1], heard), now)
         at = min(max(sign.at, state.now), now)
         again = [
-            e for kept in tail for e in kept.step.effects if isinstance(e, inp.CancelGoal | inp.Notify | inp.Alarm)
+            e
+            for kept in tail
+            for e in kept.step.effects
+            if isinstance(e, inp.CancelGoal | inp.NotifyPeople | inp.Alarm)
         ]
         self._check_known(state)
         flight, old = self.flight, self.flight.engine.core
@@ -404,7 +407,7 @@ class World:
         if not reply or code in REFUSED_FOR_NOW:
             self.scheduler.call_at(self.now + round(ASK_AGAIN_S * SECOND), lambda: self.ask(ask))
 
-    def release(self, step: inp.Step) -> None:
+    def release(self, step: inp.EngineStep) -> None:
         """Answer who requested a task by a step that is kept, or not (`AheadDriver`)."""
         reply = step.reply
         if not isinstance(reply, Accepted) or self._unanswered.pop(reply.task, None) is None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.base.geo import Outline, Place, Region, is_within, way_enters, way_leaves
+from formiga_bt.base.geo import Place, Region, RegionOutline, is_within, way_enters, way_leaves
 
 SQUARE = Region((Place(0, 0), Place(100, 0), Place(100, 100), Place(0, 100)))
 U = Region(
@@ -78,15 +78,15 @@ def test_a_way_through_the_gap_of_a_concave_region_does_not_enter_it() -> None:
 
 
 def test_the_parts_of_a_way_are_told_in_order() -> None:
-    parts = Outline(U).spans(Place(-20, 60), Place(120, 60))
+    parts = RegionOutline(U).spans(Place(-20, 60), Place(120, 60))
 
     assert [inside for _, _, inside in parts] == [False, True, False, True, False]
     assert [round(start * 140 - 20) for start, _, _ in parts] == [-20, 0, 30, 70, 100]
-    assert Outline(U).spans(Place(50, 50), Place(50, 50)) == [(0.0, 1.0, False)]
+    assert RegionOutline(U).spans(Place(50, 50), Place(50, 50)) == [(0.0, 1.0, False)]
 
 
 def test_depth_is_the_distance_to_the_border() -> None:
-    square = Outline(SQUARE)
+    square = RegionOutline(SQUARE)
 
     assert (square.inside_m(30, 50), square.outside_m(30, 50)) == (30, 0)
     assert (square.inside_m(-30, 50), square.outside_m(-30, 50)) == (0, 30)
@@ -127,7 +127,7 @@ def samples(a: Place, b: Place) -> Sequence[Place]:
 @settings(derandomize=True, max_examples=300, deadline=None)
 @given(stars(), coordinates, coordinates, coordinates, coordinates)
 def test_ways_agree_with_dense_samples(region: Region, ae: float, an: float, be: float, bn: float) -> None:
-    a, b, outline = Place(ae, an), Place(be, bn), Outline(region)
+    a, b, outline = Place(ae, an), Place(be, bn), RegionOutline(region)
     points = samples(a, b)
     deepest_out = max(outline.outside_m(p.east_m, p.north_m) for p in points)
     step_m = math.dist((ae, an), (be, bn)) / 300
@@ -148,6 +148,6 @@ def test_ways_agree_with_dense_samples(region: Region, ae: float, an: float, be:
 @settings(derandomize=True, max_examples=200, deadline=None)
 @given(stars(), coordinates, coordinates, coordinates, coordinates)
 def test_a_convex_shortcut_changes_no_answer(region: Region, ae: float, an: float, be: float, bn: float) -> None:
-    a, b, outline = Place(ae, an), Place(be, bn), Outline(region)
+    a, b, outline = Place(ae, an), Place(be, bn), RegionOutline(region)
 
     assert outline.is_left_by(a, b) == any(not inside for _, _, inside in outline.spans(a, b))

@@ -33,16 +33,16 @@ from experiments.e2_llm.train.phrases.cases import TOLD
 from experiments.e2_llm.train.sites import Practice, practice
 from experiments.e2_llm.train.speaker import Speaker
 from formiga_bt.lang.json_form.reading import load_task_json
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.compare import compare
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.prompt import reading
 from formiga_bt.llm.shaping.lifting import Lifter
 from formiga_bt.llm.shaping.short import ShortError, expanded
 from formiga_bt.llm.words.feasible import impossible
-from formiga_bt.llm.words.points import Point, with_points
+from formiga_bt.llm.words.points import RequestPoint, with_points
 from formiga_bt.llm.words.wording import Words, read
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 MISSIONS: Final = 7
 """Of a practice."""
@@ -178,7 +178,7 @@ class Maker:
         if self._guard.is_near(made.data):
             self.dropped["near an evaluation's tree"] += 1
             return None
-        judged = judge(Answer(mission.plan, tree=tree), words, at.flown, at.verbs, "short") if self._fly else None
+        judged = judge(ModelAnswer(mission.plan, tree=tree), words, at.flown, at.verbs, "short") if self._fly else None
         if judged is not None and (judged.errors or judged.mends):
             self.dropped[f"tree: {judged.shortfalls[0].code if judged.shortfalls else 'mended'}"] += 1
             return None
@@ -242,9 +242,9 @@ class Maker:
         return next((one.code for one in found if one.severity == "error" and one.code not in alarms), "")
 
 
-def with_points_of(pair: Pair, world: World) -> World:
+def with_points_of(pair: Pair, world: RequestWorld) -> RequestWorld:
     """Return a world in which the names of a pair's coordinates are places."""
-    return with_points(world, {name: Point(lat, lng, name) for name, (lat, lng) in pair.points.items()})
+    return with_points(world, {name: RequestPoint(lat, lng, name) for name, (lat, lng) in pair.points.items()})
 
 
 def with_names(data: Any, words: Words) -> Any:

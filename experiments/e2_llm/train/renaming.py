@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "FlyTo": ("GoOver", "MoveAbove", "HoverAt", "Reach"),
@@ -139,7 +139,7 @@ def _within(data: Any, renaming: Renaming, own: Mapping[str, str]) -> Any:
     return found
 
 
-def verbs_renamed(verbs: Mapping[str, Verb], renaming: Renaming) -> dict[str, Verb]:
+def verbs_renamed(verbs: Mapping[str, AgentVerb], renaming: Renaming) -> dict[str, AgentVerb]:
     """Return a vocabulary with other names."""
     return {
         renaming.verbs.get(name, name): replace(

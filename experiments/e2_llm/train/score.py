@@ -24,7 +24,7 @@ from experiments.e2_llm.train.make import read_pairs
 from experiments.e2_llm.train.pairs import Pair, renamed_problem, with_points_of
 from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.sites import Practice, practice
-from formiga_bt.llm.envelope import Answer, NoAnswer, read_answer, schema_of
+from formiga_bt.llm.envelope import ModelAnswer, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.records import Message
 from formiga_bt.llm.vocabulary import offered
@@ -85,7 +85,7 @@ def marks_of(text: str, data: Any, pair: Pair, at: Practice) -> dict[str, bool |
     if found["valid"]:
         world = with_points_of(pair, at.flown)
         words = read(pair.request, world.site, world.catalogue)
-        judged = judge(Answer(given.plan, tree=tree), words, world, at.verbs, "short")
+        judged = judge(ModelAnswer(given.plan, tree=tree), words, world, at.verbs, "short")
         found["flies"] = judged.flight is not None and judged.flight.status == "SUCCEEDED" and not judged.errors
     return found
 

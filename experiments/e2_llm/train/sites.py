@@ -23,8 +23,8 @@ from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.prompt import brief_prompt
-from formiga_bt.llm.vocabulary import Verb, offered, verbs_of
-from formiga_bt.llm.world import World
+from formiga_bt.llm.vocabulary import AgentVerb, offered, verbs_of
+from formiga_bt.llm.world import RequestWorld
 
 PLACES: Final[Mapping[str, tuple[str, str]]] = {
     "barn": ("the barn", "el granero"),
@@ -141,10 +141,10 @@ class Practice:
     """A site to practise on."""
 
     number: int
-    flown: World
-    verbs: Mapping[str, Verb]
-    shown: World
-    shown_verbs: Mapping[str, Verb]
+    flown: RequestWorld
+    verbs: Mapping[str, AgentVerb]
+    shown: RequestWorld
+    shown_verbs: Mapping[str, AgentVerb]
     renaming: Renaming
     system: str
     kinds: Mapping[str, tuple[str, str, str]]
@@ -191,7 +191,7 @@ def practice(number: int, seed: int) -> Practice:
         wrong = [one for one in problems if one.severity == "error"]
         if site is None or wrong:
             raise AssertionError(f"practice {number}: {wrong}")
-    flown = World(flown_catalogue, _people_aside(site))
+    flown = RequestWorld(flown_catalogue, _people_aside(site))
     verbs = verbs_of(flown)
     shown = _shown(renaming, site)
     shown_verbs = verbs_renamed(verbs, renaming)
@@ -231,7 +231,7 @@ def library_folder(renaming: Renaming, root: Path) -> Path:
 _FOLDERS: Final[list[TemporaryDirectory[str]]] = []
 
 
-def _shown(renaming: Renaming, site: Any) -> World:
+def _shown(renaming: Renaming, site: Any) -> RequestWorld:
     """Return the shown world; its library lies in a folder for as long as the program runs."""
     kept = TemporaryDirectory()
     _FOLDERS.append(kept)
@@ -240,7 +240,7 @@ def _shown(renaming: Renaming, site: Any) -> World:
     wrong = [one for one in problems if one.severity == "error"]
     if wrong:
         raise AssertionError(wrong[0].message)
-    return World(catalogue, site, (root,))
+    return RequestWorld(catalogue, site, (root,))
 
 
 def _written(path: Path, data: Any) -> Path:

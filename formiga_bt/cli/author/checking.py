@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
-from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, read_task, read_world, rendered
+from formiga_bt.cli.inputs import CheckWorld, UnusableFile, find_tasks, read_task, read_world, rendered
 
 Form = Literal["text", "json", "sarif", "github"]
 
@@ -74,7 +74,7 @@ def is_other(path: Path) -> bool:
     return _OTHER.search(text) is not None or (_OTHER_BUT.search(text) is not None and _TASK.search(text) is None)
 
 
-def _other(path: Path, world: World, actions: Sequence[Path]) -> tuple[Sequence[Diagnostic], Mapping[str, str]]:
+def _other(path: Path, world: CheckWorld, actions: Sequence[Path]) -> tuple[Sequence[Diagnostic], Mapping[str, str]]:
     """Return the problems of a file that is no task, and the texts that they stand in."""
     text = path.read_text(encoding="utf-8")
     if re.search(r"^[\"']?formiga_test[\"']?[ \t]*:", text, re.MULTILINE):

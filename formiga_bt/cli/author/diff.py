@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.inputs import Read, UnusableFile, World, read_task, read_world, readable, rendered
+from formiga_bt.cli.inputs import CheckWorld, ReadFile, UnusableFile, read_task, read_world, readable, rendered
 
 if TYPE_CHECKING:
     from formiga_bt.show.diff.caution import Caution
@@ -60,13 +60,13 @@ def command(
 class _Version:
     """A file as read, and how messages call it."""
 
-    read: Read
+    read: ReadFile
     name: str
     unpacked: str = ""
     """Where it lies for now, if it is of a revision; no message says so."""
 
 
-def _read(path: Path, world: World) -> _Version:
+def _read(path: Path, world: CheckWorld) -> _Version:
     read = read_task(readable(path), world)
     lines = [line for text in list(read.sources.values())[:1] for line in text.splitlines()]
     if any(line.startswith("subtrees:") for line in lines) and not any(line.startswith("task:") for line in lines):
@@ -74,7 +74,7 @@ def _read(path: Path, world: World) -> _Version:
     return _Version(read, str(path))
 
 
-def _refuse_errors(world: World, *versions: _Version) -> None:
+def _refuse_errors(world: CheckWorld, *versions: _Version) -> None:
     """Say what is wrong in the files, and end."""
     problems = [*world.diagnostics, *(d for one in versions for d in one.read.diagnostics)]
     errors = list(dict.fromkeys(d for d in problems if d.severity == "error"))
@@ -117,7 +117,7 @@ def _report(difference: "Difference", look_at: "Sequence[Caution]", old: _Versio
 
 
 # -- git ---------------------------------------------------------------------------------------------------------------
-def _at_revision(path: Path, revision: str, world: World) -> tuple[_Version, _Version]:
+def _at_revision(path: Path, revision: str, world: CheckWorld) -> tuple[_Version, _Version]:
     """Return a file as it was at a revision, with its imports of then, and as it is.
 
     Raises:
@@ -151,7 +151,7 @@ def _git(folder: Path, *words: str, of: str = "") -> bytes:
     return done.stdout
 
 
-def _labelled(read: Read, temporary: str, revision: str) -> Read:
+def _labelled(read: ReadFile, temporary: str, revision: str) -> ReadFile:
     """Return a file read from a temporary place with problems and texts under the name of its revision."""
 
     def label(file: str) -> str:

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from formiga_bt.lang.model import Task
-    from formiga_bt.llm.drafts import Kept
+    from formiga_bt.llm.drafts import KeptDraft
     from formiga_bt.llm.records import Draft
-    from formiga_bt.llm.world import World
-    from formiga_bt.show.styled import Text
+    from formiga_bt.llm.world import RequestWorld
+    from formiga_bt.show.styled import StyledLine
 
 
 def command(
@@ -136,7 +136,7 @@ def _form(word: str) -> Literal["short", "full"] | None:
 
 
 def _edited(
-    path: Path, world: "World", chosen: Literal["short", "full"] | None
+    path: Path, world: "RequestWorld", chosen: Literal["short", "full"] | None
 ) -> tuple[tuple[str, str], Literal["short", "full"] | None]:
     """Return a task file as what was asked before and answered, and the form of the answer."""
     from formiga_bt.lang.loader import load_task
@@ -168,7 +168,7 @@ def _can_be_written(out: Path | None, *, force: bool) -> None:
 
 
 @contextmanager
-def _naming(kept: "Kept") -> "Iterator[None]":
+def _naming(kept: "KeptDraft") -> "Iterator[None]":
     """Say of a file that cannot be written where the draft is, so that nobody asks a model again."""
     from formiga_bt.llm.drafts import TASK
 
@@ -199,7 +199,7 @@ class _Progress:
             sys.stderr.flush()
 
 
-def _task(made: "Draft", world: "World") -> "Task | None":
+def _task(made: "Draft", world: "RequestWorld") -> "Task | None":
     if not made.yaml:
         return None
     from formiga_bt.lang.loader import load_task_text
@@ -234,7 +234,7 @@ def _print(made: "Draft", task: "Task | None", *, draw_map: bool, draw_gantt: bo
         _lines(gantt_text.drawn(flight.timeline, width, ascii_only=plain))
 
 
-def _lines(texts: "Iterable[Text]") -> None:
+def _lines(texts: "Iterable[StyledLine]") -> None:
     typer.echo()
     for text in texts:
         typer.echo(text.plain)
@@ -275,7 +275,7 @@ def _as_json(made: "Draft", kept: Path) -> dict[str, Any]:
 
 
 def _run(
-    made: "Draft", task: "Task", world: "World", site: Path | None, kept: "Kept", out: Path | None, by: str
+    made: "Draft", task: "Task", world: "RequestWorld", site: Path | None, kept: "KeptDraft", out: Path | None, by: str
 ) -> None:
     """Ask the person, then have the engine of the site read the task and start it."""
     from formiga_bt.cli.client import connect, show_next

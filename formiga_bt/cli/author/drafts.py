@@ -13,13 +13,13 @@ from formiga_bt.cli.visible import visible
 from formiga_bt.show.clean import cleaned
 
 if TYPE_CHECKING:
-    from formiga_bt.llm.drafts import Brief, Kept
+    from formiga_bt.llm.drafts import Brief, KeptDraft
 
 WIDEST = 60
 """Columns of a request in the list."""
 
 
-class What(StrEnum):
+class DraftsCommand(StrEnum):
     """What is done."""
 
     LIST = "list"
@@ -28,7 +28,9 @@ class What(StrEnum):
 
 
 def command(
-    what: Annotated[What, typer.Argument(help="list, show or delete.", show_default=False)] = What.LIST,
+    what: Annotated[
+        DraftsCommand, typer.Argument(help="list, show or delete.", show_default=False)
+    ] = DraftsCommand.LIST,
     numbers: Annotated[
         list[int] | None, typer.Argument(help="With show, delete: numbers of drafts.", metavar="N")
     ] = None,
@@ -48,16 +50,16 @@ def command(
     Exit code 2: the command line or a file cannot be used.
     """
     given = list(numbers or [])
-    if older_than and what is not What.DELETE:
+    if older_than and what is not DraftsCommand.DELETE:
         raise UnusableFile("--older-than goes with delete: formiga drafts delete --older-than 30d")
-    if what is What.LIST and given:
+    if what is DraftsCommand.LIST and given:
         raise UnusableFile(f"say: formiga drafts show {given[0]}")
-    if what is What.SHOW and not given:
+    if what is DraftsCommand.SHOW and not given:
         raise UnusableFile("formiga drafts show needs the number of a draft\n  help: formiga drafts lists them")
     folder = _folder(site)
-    if what is What.LIST:
+    if what is DraftsCommand.LIST:
         _list(folder, as_json=as_json)
-    elif what is What.SHOW:
+    elif what is DraftsCommand.SHOW:
         _show(folder, given, as_json=as_json)
     else:
         _delete(folder, given, older_than, as_json=as_json)
@@ -149,7 +151,7 @@ def _show(folder: Path, given: list[int], *, as_json: bool) -> None:
         typer.echo("\n".join(_lines(one)))
 
 
-def _lines(one: "Kept") -> list[str]:
+def _lines(one: "KeptDraft") -> list[str]:
     from formiga_bt.services.crew import utc
 
     draft, origin = one.draft, one.origin

@@ -13,9 +13,9 @@ import typer
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
 from formiga_bt.cli.author.flown import check_pictures, draw_steps
-from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, shipped_task
+from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_task, read_world, shipped_task
 from formiga_bt.cli.params import ProfileOption, of_profile, read_params
-from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, Spending
+from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, RunSpending
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +98,7 @@ def command(
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
     tasks = with_requested(task, lambda path: _checked(path, world)[0])
     rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
-    spending = Spending(most_steps, most_seconds)
+    spending = RunSpending(most_steps, most_seconds)
     rehearsal.driver.listeners.append(spending.feed)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values, wait=patience(task))
@@ -195,7 +195,7 @@ def _refusals(verdicts: "Sequence[Verdict]") -> list[str]:
     return [f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip() for v in telling or open_roles]
 
 
-def _checked(file: Path, world: World) -> "tuple[Task, Site]":
+def _checked(file: Path, world: CheckWorld) -> "tuple[Task, Site]":
     if world.site is None:
         raise TreeError("the site file has errors", world.diagnostics)
     read = read_task(file, world)

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from formiga_bt.cli.inputs import UnusableFile
-from formiga_bt.lang.pages import Page, Reason, pages, reasons, reasons_of
+from formiga_bt.lang.pages import CodePage, Reason, pages, reasons, reasons_of
 
 
 def command(
@@ -37,7 +37,7 @@ def command(
     typer.echo("\n\n".join(map(_reason, meant)))
 
 
-def _page(page: Page) -> str:
+def _page(page: CodePage) -> str:
     body = page.text.replace("```yaml wrong", "Wrong:\n\n```yaml").replace("```yaml right", "\nRight:\n\n```yaml")
     lines = [f"{page.code}: {page.wrong_is}", *([f"help: {page.helps}"] if page.helps else []), ""]
     fenced = False

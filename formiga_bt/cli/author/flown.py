@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from formiga_bt.base.errors import UnusableFile
 
 if TYPE_CHECKING:
-    from formiga_bt.engine.kernel.inputs import Step
+    from formiga_bt.engine.kernel.inputs import EngineStep
     from formiga_bt.lang.model import Site, Task
     from formiga_bt.show.history.folded import FoldedSource
 
@@ -27,7 +27,7 @@ def check_pictures(*outs: Path | None, as_json: bool) -> None:
             form_of(out)
 
 
-def source_of_steps(steps: "Iterable[Step]", site: "Site", tasks: "Sequence[Task]") -> "FoldedSource":
+def source_of_steps(steps: "Iterable[EngineStep]", site: "Site", tasks: "Sequence[Task]") -> "FoldedSource":
     """Return what can be asked of a run that is over."""
     from formiga_bt.show.history.folded import FoldedSource
     from formiga_bt.show.history.ledger import ALL, Ledger
@@ -39,7 +39,7 @@ def source_of_steps(steps: "Iterable[Step]", site: "Site", tasks: "Sequence[Task
 
 
 def draw_steps(
-    steps: "Iterable[Step]", site: "Site", tasks: "Sequence[Task]", gantt: Path | None, map_: Path | None
+    steps: "Iterable[EngineStep]", site: "Site", tasks: "Sequence[Task]", gantt: Path | None, map_: Path | None
 ) -> None:
     """Write pictures of what an engine did; None = not this one, `-` = to the terminal.
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 MODEL = typer.Option("--model", help="With use, try: the model, as the provider calls it.", metavar="NAME")
 
 
-class What(StrEnum):
+class ModelCommand(StrEnum):
     """What is done."""
 
     LIST = "list"
@@ -28,7 +28,9 @@ class What(StrEnum):
 
 
 def command(
-    what: Annotated[What, typer.Argument(help="list, fetch, add, use, try or remove.", show_default=False)] = What.LIST,
+    what: Annotated[
+        ModelCommand, typer.Argument(help="list, fetch, add, use, try or remove.", show_default=False)
+    ] = ModelCommand.LIST,
     subject: Annotated[
         str, typer.Argument(help="A model's name; with add a GGUF file; with use, try also a provider.", metavar="NAME")
     ] = "",
@@ -49,23 +51,25 @@ def command(
 
     Exit code 1: it cannot be done. 2: the command line cannot be used.
     """
-    if what in (What.FETCH, What.ADD, What.REMOVE) and not subject:
-        raise UnusableFile(f"formiga model {what} needs {'a FILE' if what is What.ADD else 'the NAME of a model'}")
-    if what is What.LIST:
+    if what in (ModelCommand.FETCH, ModelCommand.ADD, ModelCommand.REMOVE) and not subject:
+        raise UnusableFile(
+            f"formiga model {what} needs {'a FILE' if what is ModelCommand.ADD else 'the NAME of a model'}"
+        )
+    if what is ModelCommand.LIST:
         _list()
-    elif what is What.FETCH:
+    elif what is ModelCommand.FETCH:
         _fetch(subject)
-    elif what is What.ADD:
+    elif what is ModelCommand.ADD:
         _add(Path(subject), name)
-    elif what is What.REMOVE:
+    elif what is ModelCommand.REMOVE:
         _remove(subject)
-    elif what is What.USE and subject == "none":
+    elif what is ModelCommand.USE and subject == "none":
         from formiga_bt.llm.choosing import make_default
 
         make_default(None)
         print("no model is the default")
     else:
-        if what is What.USE and not (subject or base_url):
+        if what is ModelCommand.USE and not (subject or base_url):
             raise UnusableFile("formiga model use needs a model, a provider, --base-url URL, or the word none")
         _choose(what, subject, model, base_url, adapter)
 
@@ -142,7 +146,7 @@ def _remove(name: str) -> None:
         print("it was the default; there is none now")
 
 
-def _choose(what: What, subject: str, model: str, base_url: str, adapter: Path | None) -> None:
+def _choose(what: ModelCommand, subject: str, model: str, base_url: str, adapter: Path | None) -> None:
     from formiga_bt.llm.adapters import NONE
     from formiga_bt.llm.choosing import choose, make_default
     from formiga_bt.llm.models import usable
@@ -154,7 +158,7 @@ def _choose(what: What, subject: str, model: str, base_url: str, adapter: Path |
         checked_url(chosen.base_url)
     if chosen.provider == LOCAL:
         usable(chosen.model)
-    if what is What.USE:
+    if what is ModelCommand.USE:
         make_default(chosen)
         print(f"the default is {_words(chosen)}")
         named = [word for word in ("PROVIDER", "BASE_URL", "MODEL") if os.environ.get(f"FORMIGA_LLM_{word}")]

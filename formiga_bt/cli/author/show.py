@@ -53,9 +53,9 @@ def command(
     Of a running task also how each step stands; without an engine its journal tells. Examples: formiga show Circle -o c.svg;
     formiga show Circle-7 --live; formiga show Circle-7 --at "-5 min"
     """
-    from formiga_bt.cli.author.show_out import Canvas
+    from formiga_bt.cli.author.show_out import DrawingOptions
 
-    canvas = Canvas(
+    canvas = DrawingOptions(
         form=form or "",
         out=out,
         depth=depth,

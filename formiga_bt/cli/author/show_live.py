@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, TextIO
 
 if TYPE_CHECKING:
-    from formiga_bt.cli.author.show_out import Canvas
+    from formiga_bt.cli.author.show_out import DrawingOptions
     from formiga_bt.show.facts import TaskPicture
-    from formiga_bt.show.tree.terminal import Line
+    from formiga_bt.show.tree.terminal import DrawnLine
 
 PERIOD_S: Final = 0.5
 
@@ -17,7 +17,7 @@ PERIOD_S: Final = 0.5
 def follow(
     read: "Callable[[], TaskPicture]",
     picture: "TaskPicture",
-    canvas: "Canvas",
+    canvas: "DrawingOptions",
     *,
     out: TextIO | None = None,
     in_place: bool | None = None,
@@ -35,7 +35,7 @@ def follow(
     """
     out = out or sys.stdout
     in_place = out.isatty() if in_place is None else in_place
-    before: list[Line] = []
+    before: list[DrawnLine] = []
     drawn = 0
     while True:
         lines = canvas.task_lines(picture)
@@ -58,9 +58,9 @@ def follow(
         picture = read()
 
 
-def window(lines: "list[Line]", height: int) -> "list[Line]":
+def window(lines: "list[DrawnLine]", height: int) -> "list[DrawnLine]":
     """Return as many lines as a terminal has: the first, and those around the first step that runs and has no other below."""
-    from formiga_bt.show.tree.terminal import Line, Piece
+    from formiga_bt.show.tree.terminal import DrawnLine, LinePiece
 
     if len(lines) <= height:
         return lines
@@ -70,5 +70,5 @@ def window(lines: "list[Line]", height: int) -> "list[Line]":
     start = min(max(1, leaf - room // 2), len(lines) - room)
     above, below = start - 1, len(lines) - start - room
     words = [f"... {count} lines {where}" if count else "" for count, where in ((above, "above"), (below, "below"))]
-    more = [Line((Piece(word, "dim"),)) for word in words]
+    more = [DrawnLine((LinePiece(word, "dim"),)) for word in words]
     return [lines[0], more[0], *lines[start : start + room], more[1]]

@@ -11,11 +11,11 @@ from formiga_bt.base.errors import FormigaError, UnusableFile
 
 if TYPE_CHECKING:
     from formiga_bt.show.facts import Drawing, StepFact, TaskPicture
-    from formiga_bt.show.tree.terminal import Line
+    from formiga_bt.show.tree.terminal import DrawnLine
 
 
 @dataclass(frozen=True, slots=True)
-class Canvas:
+class DrawingOptions:
     """How and where a tree is drawn."""
 
     form: str
@@ -51,16 +51,16 @@ class Canvas:
         drawing = with_sources(picture.drawing) if self._form() == "html" else picture.drawing
         self.show(drawing, {step.path: step for step in picture.steps}, title_of(picture))
 
-    def task_lines(self, picture: "TaskPicture") -> "list[Line]":
+    def task_lines(self, picture: "TaskPicture") -> "list[DrawnLine]":
         """Return the lines of a task of an engine, without what was collapsed."""
         steps = {step.path: step for step in picture.steps}
         return self._lines(self.cut(picture.drawing), steps, title_of(picture))
 
-    def text(self, line: "Line") -> str:
+    def text(self, line: "DrawnLine") -> str:
         """Return a line, with colours where they show."""
         return line.styled() if self.colour and self.out is None else line.plain()
 
-    def _lines(self, drawing: "Drawing", steps: "Mapping[str, StepFact] | None", title: str) -> "list[Line]":
+    def _lines(self, drawing: "Drawing", steps: "Mapping[str, StepFact] | None", title: str) -> "list[DrawnLine]":
         from formiga_bt.show.tree.terminal import draw, titled
 
         drawn = draw(drawing, steps, width=self.width, ascii_only=self.ascii_only, head=not title)

@@ -9,7 +9,7 @@ import typer
 from formiga_bt.base.diagnostics import in_order
 from formiga_bt.cli.author.dryrun import MostSeconds, MostSteps
 from formiga_bt.cli.inputs import UnusableFile, read_world, readable, rendered
-from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, Spending
+from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, RunSpending
 
 if TYPE_CHECKING:
     from formiga_bt.rehearsal.cases.cases import CaseFile
@@ -98,7 +98,7 @@ def _play(cases: "CaseFile", only: str, most: tuple[int, float], *, quiet: bool,
     for case in cases.cases:
         if only.lower() not in case.name.lower():
             continue
-        came = play(cases, case, coverage, Spending(*most))
+        came = play(cases, case, coverage, RunSpending(*most))
         differs = judge(case, came)
         if not quiet:
             typer.echo("\n".join(_lines(cases, case.name, case.mark.line, came.duration_s, differs)))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
     from formiga_bt.lang.scenario import Scenario
     from formiga_bt.services.demo import ScenarioDemo
-    from formiga_bt.show.live import View
+    from formiga_bt.show.live import LivePrinter
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 EXIT_NO, EXIT_INTERRUPTED = 1, 130
@@ -94,10 +94,10 @@ def command(
 def _shipped(play: "Scenario") -> "list[Task]":
     """Return the tasks that ship with formiga, for a demo that stays as a service."""
     from formiga_bt.base.packaged import folder
-    from formiga_bt.cli.inputs import World, read_task, task_files
+    from formiga_bt.cli.inputs import CheckWorld, read_task, task_files
     from formiga_bt.rehearsal.simulation import site_of
 
-    world = World(play.catalogue, site_of(play))
+    world = CheckWorld(play.catalogue, site_of(play))
     read = [read_task(path, world).task for path in task_files([folder("trees")])]
     return [task for task in read if task is not None]
 
@@ -141,7 +141,7 @@ def _held_back() -> Iterator[None]:
         signal.raise_signal(signum)
 
 
-def _stay(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> None:
+def _stay(demo: "ScenarioDemo", view: "LivePrinter", desk: Keyboard | None) -> None:
     """Keep everything running until Ctrl-C; then bring the drones home."""
     view.say(
         "The missions are over, engine and fleet stay. In this folder: formiga run PickUp --param ..., formiga tasks"
@@ -154,7 +154,7 @@ def _stay(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> None:
         _land(demo, view, lambda: view.show(demo.log, demo.driver.now()))
 
 
-def _turn(demo: "ScenarioDemo", view: "View", desk: Keyboard | None, seconds: float) -> None:
+def _turn(demo: "ScenarioDemo", view: "LivePrinter", desk: Keyboard | None, seconds: float) -> None:
     if desk is not None:
         desk.look()
     demo.keep_pace()
@@ -162,7 +162,7 @@ def _turn(demo: "ScenarioDemo", view: "View", desk: Keyboard | None, seconds: fl
     view.show(demo.log, demo.driver.now())
 
 
-def _pump(demo: "ScenarioDemo", view: "View", seconds: float) -> None:
+def _pump(demo: "ScenarioDemo", view: "LivePrinter", seconds: float) -> None:
     """Go on, and tell of agents whose processes ended by themselves."""
     before = len(demo.died)
     demo.pump(seconds)
@@ -170,7 +170,7 @@ def _pump(demo: "ScenarioDemo", view: "View", seconds: float) -> None:
         view.say(f"{text}; the demo goes on without it")
 
 
-def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
+def _fly(demo: "ScenarioDemo", view: "LivePrinter", desk: Keyboard | None) -> bool:
     """Run the missions; return False if they were interrupted (the drones have landed then)."""
     from formiga_bt.lang.scenario import ScenarioOrder
     from formiga_bt.rehearsal.simulation import describe
@@ -205,7 +205,7 @@ def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
     return True
 
 
-def _land(demo: "ScenarioDemo", view: "View", show: Callable[[], None]) -> None:
+def _land(demo: "ScenarioDemo", view: "LivePrinter", show: Callable[[], None]) -> None:
     """Abort all tasks and wait until the drones have landed."""
     view.say("Ctrl-C: aborting the tasks and bringing the drones home; once more to end at once")
     try:

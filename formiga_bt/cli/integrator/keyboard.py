@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from formiga_bt.services.demo import ScenarioDemo
-    from formiga_bt.show.live import View
+    from formiga_bt.show.live import LivePrinter
     from formiga_bt.transport.desk import OpenQuestion
 
 
 class Keyboard:
     """Shows what is asked and takes the answers."""
 
-    def __init__(self, demo: "ScenarioDemo", view: "View") -> None:
+    def __init__(self, demo: "ScenarioDemo", view: "LivePrinter") -> None:
         self._demo = demo
         self._view = view
         self._lines: SimpleQueue[str] = SimpleQueue()

@@ -41,10 +41,10 @@ def command(
     here = Path("site.yaml")
     named = site if site is not None else here if here.is_file() else None
     file = None if named is None or is_demo(named) else str(readable(named).resolve())
-    from formiga_bt.llm.mcp.ground import Where, ground_of
+    from formiga_bt.llm.mcp.ground import ServerFiles, ground_of
     from formiga_bt.llm.mcp.server import serve
 
-    where = Where(file, tuple(str(readable(path).resolve()) for path in actions or ()))
+    where = ServerFiles(file, tuple(str(readable(path).resolve()) for path in actions or ()))
     ground_of(where)
 
     def engine() -> "Source":

@@ -15,7 +15,7 @@ import msgspec
 from formiga_bt.base.errors import FormigaError, TransportError
 from formiga_bt.base.site_folder import SiteFolder, is_running, read_address
 from formiga_bt.cli.calling import Client
-from formiga_bt.cli.inputs import UnusableFile, World, is_demo
+from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo
 from formiga_bt.cli.integrator.absent import check_absent
 from formiga_bt.cli.operator.up import site_world
 from formiga_bt.cli.visible import visible
@@ -121,7 +121,7 @@ def _watch(fleet: Simulated, observer: ZenohObserver, asked: list[int]) -> None:
         time.sleep(LOOK_EVERY_S)
 
 
-def _check_names(world: World, without: Sequence[str]) -> None:
+def _check_names(world: CheckWorld, without: Sequence[str]) -> None:
     assert world.site is not None
     for agent in without:
         if agent not in world.site.agents:

@@ -63,7 +63,7 @@ class Api:
         return found
 
 
-class Requests:
+class LiveRequests:
     """What a scenario asks of its engine, each in its turn; what no engine took waits for the next one.
 
     Args:
@@ -163,7 +163,7 @@ def run(play: "Scenario", endpoint: str | None) -> int:
     from formiga_bt.rehearsal.stage import Stage
 
     api = Api(lambda: _found(play.site.name, where), typer.echo, where) if client is not None else None
-    requests = Requests(api, typer.echo)
+    requests = LiveRequests(api, typer.echo)
     typer.echo(f"starting {len(play.agents)} agents, each a process of its own, beside the engine at {where}")
     try:
         with Stage(play, where, requests.ask) as stage:

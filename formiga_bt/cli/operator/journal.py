@@ -15,14 +15,14 @@ from formiga_bt.cli.client import JsonOption, lasted, print_json, print_table
 from formiga_bt.cli.past import machine_at, moment_of, place_of, zone
 
 if TYPE_CHECKING:
-    from formiga_bt.cli.past import Place
+    from formiga_bt.cli.past import JournalAddress
     from formiga_bt.journal.figures import Leaving
     from formiga_bt.journal.keep import Retention
     from formiga_bt.journal.store import Journal
     from formiga_bt.show.replay.machine import TimeMachine
 
 
-class What(StrEnum):
+class JournalCommand(StrEnum):
     """What is done with it."""
 
     STATS = "stats"
@@ -30,7 +30,7 @@ class What(StrEnum):
     EXPORT = "export"
 
 
-class Table(StrEnum):
+class ExportTable(StrEnum):
     """Tables of `export`."""
 
     STEPS = "steps"
@@ -41,7 +41,7 @@ class Table(StrEnum):
 
 
 def command(
-    what: Annotated[What, typer.Argument(help="stats, compact or export.")],
+    what: Annotated[JournalCommand, typer.Argument(help="stats, compact or export.")],
     journal: Annotated[
         str,
         typer.Option("--journal", help="The journal: file or URL. Default: that of this folder.", metavar="FILE|URL"),
@@ -53,7 +53,7 @@ def command(
         float, typer.Option("--tracks", help="Days that way points are kept.", min=0.0, metavar="DAYS")
     ] = 7.0,
     tables: Annotated[
-        list[Table] | None, typer.Option("--what", help="Only this table (export); may be repeated.")
+        list[ExportTable] | None, typer.Option("--what", help="Only this table (export); may be repeated.")
     ] = None,
     form: Annotated[Literal["csv", "parquet"], typer.Option("--format", help="Of the tables.")] = "csv",
     out: Annotated[
@@ -79,15 +79,15 @@ def command(
     from formiga_bt.journal.keep import Retention
 
     before = (
-        _bytes(journal) if journal and what is What.COMPACT else None
+        _bytes(journal) if journal and what is JournalCommand.COMPACT else None
     )  # whoever opens it empties its log into the file
     place = place_of(site, journal)
     rule = Retention(history_days=history, telemetry_days=tracks)
-    if what is What.COMPACT:
+    if what is JournalCommand.COMPACT:
         _compact(place, rule, before or _bytes(place.where), yes=yes, as_json=as_json)
         return
     with machine_at(place) as machine:
-        if what is What.STATS:
+        if what is JournalCommand.STATS:
             _stats(machine, rule, as_json=as_json)
         else:
             _export(machine, out, form, [str(one) for one in tables or ()], since, until, force=force)
@@ -159,7 +159,7 @@ def _bytes(where: str) -> int | None:
     return file_bytes(where)
 
 
-def _compact(place: "Place", rule: "Retention", before: int | None, *, yes: bool, as_json: bool) -> None:
+def _compact(place: "JournalAddress", rule: "Retention", before: int | None, *, yes: bool, as_json: bool) -> None:
     from formiga_bt.journal.figures import leaving
     from formiga_bt.journal.keep import Removed, compact
     from formiga_bt.journal.past import Past
@@ -223,7 +223,7 @@ def _confirm(where: str, lines: list[str]) -> None:
 
 
 @contextmanager
-def _alone(place: "Place") -> Iterator["Journal"]:
+def _alone(place: "JournalAddress") -> Iterator["Journal"]:
     """Open a journal that no engine writes; none gets it until it is closed.
 
     Raises:

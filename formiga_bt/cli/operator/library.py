@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from formiga_bt.base.packaged import folder
-from formiga_bt.cli.inputs import Read, World, find_tasks, read_task, rendered, task_files
+from formiga_bt.cli.inputs import CheckWorld, ReadFile, find_tasks, read_task, rendered, task_files
 from formiga_bt.services.not_served import NotServed
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def check_options(site: Path, actions: Sequence[Path] = ()) -> str:
 
 
 def read_library(
-    tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]], options: str
+    tasks: list[Path] | None, beside: Path, world: CheckWorld, texts: dict[str, dict[str, str]], options: str
 ) -> "tuple[dict[str, Task], list[NotServed]]":
     """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
 
@@ -65,7 +65,7 @@ def read_library(
     return served, refused
 
 
-def _why_not(read: Read, options: str, *, is_shipped: bool) -> NotServed:
+def _why_not(read: ReadFile, options: str, *, is_shipped: bool) -> NotServed:
     """Return the first error of a file that is not served, and the command that tells all of them."""
     errors = [d for d in read.diagnostics if d.severity == "error"]
     whose = " (ships with formiga)" if is_shipped else ""
@@ -88,7 +88,7 @@ def _names(path: Path) -> tuple[str, ...]:
     return ()
 
 
-def warn_of_waits(served: "dict[str, Task]", world: World) -> None:
+def warn_of_waits(served: "dict[str, Task]", world: CheckWorld) -> None:
     """Say which of the tasks may wait for one another's machines; each alone is sound, so they are served."""
     from formiga_bt.lang.checks.deadlock import check_tasks
 

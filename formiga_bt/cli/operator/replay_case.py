@@ -12,7 +12,7 @@ from formiga_bt.cli.past import zone
 
 if TYPE_CHECKING:
     from formiga_bt.rehearsal.cases.judging import Differs
-    from formiga_bt.show.replay.case_story import Story
+    from formiga_bt.show.replay.case_story import CaseStory
     from formiga_bt.show.replay.machine import TimeMachine
 
 SUFFIX: Final = ".test.yaml"
@@ -55,7 +55,7 @@ def write_case(machine: "TimeMachine", task_id: str, out: Path, *, force: bool) 
     typer.echo(f"it passes: formiga test {out}", err=True)
 
 
-def _write_and_play(machine: "TimeMachine", story: "Story", out: Path) -> "tuple[set[str], list[Differs]]":
+def _write_and_play(machine: "TimeMachine", story: "CaseStory", out: Path) -> "tuple[set[str], list[Differs]]":
     """Write a case, leaving out what does not come again in simulation; return what was left out, and what differs still."""
     from formiga_bt.show.replay.case import LOOSE, text_of
 
@@ -108,7 +108,7 @@ def _write(path: Path, text: str) -> None:
 
 
 # -- the files of the task and the site ----------------------------------------------------------------------------------
-def _files(machine: "TimeMachine", story: "Story", out: Path) -> dict[str, str]:
+def _files(machine: "TimeMachine", story: "CaseStory", out: Path) -> dict[str, str]:
     """Return what the case names as task and site; what is not on disk as it was is written beside the case."""
     row, site = machine.files.rows[story.task.name, story.task.bundle], machine.files.of_site
     site_text = site.texts.get(site.file, "") if site is not None else ""

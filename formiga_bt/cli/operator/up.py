@@ -11,7 +11,7 @@ import typer
 
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.site_folder import SiteFolder, check_free
-from formiga_bt.cli.inputs import UnusableFile, World, is_demo, read_world, rendered
+from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo, read_world, rendered
 from formiga_bt.cli.operator.library import check_options, read_library, warn_of_waits
 from formiga_bt.cli.visible import visible
 
@@ -145,7 +145,7 @@ def command(
         _say("the engine has ended")
 
 
-def site_world(actions: list[Path], site: Path) -> World:
+def site_world(actions: list[Path], site: Path) -> CheckWorld:
     """Return a site with its catalogue; warnings are told.
 
     Raises:
@@ -209,7 +209,7 @@ def gaps(site: "Site", speed: float) -> list[str]:
     return found
 
 
-def _people(words: list[str], world: World) -> dict[str, str]:
+def _people(words: list[str], world: CheckWorld) -> dict[str, str]:
     assert world.site is not None
     found: dict[str, str] = {}
     for word in words:
@@ -233,7 +233,7 @@ def _check_sim(beside: Path, site: "Site") -> None:
 
 
 def _fleet(
-    host: "EngineHost", world: World, people: dict[str, str], sim: bool
+    host: "EngineHost", world: CheckWorld, people: dict[str, str], sim: bool
 ) -> "AbstractContextManager[Simulated | None]":
     from contextlib import nullcontext
 

@@ -16,7 +16,7 @@ from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.order_words import in_words
 from formiga_bt.cli.ordering import ByOption
 from formiga_bt.cli.past import AtOption, JournalOption, is_past, source_of
-from formiga_bt.show.watch.orders import Order, Reply
+from formiga_bt.show.watch.orders import WatchOrder, WatchReply
 
 if TYPE_CHECKING:
     from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
@@ -40,16 +40,16 @@ def command(
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty() and sys.stderr.isatty()):
         raise UnusableFile("watch needs a terminal; for scripts there is formiga tasks --json")
-    from formiga_bt.show.watch.app import Watch
+    from formiga_bt.show.watch.app import Dashboard
 
-    place = Place(site, url, token_file)
+    place = EngineOptions(site, url, token_file)
     source = _source(place, journal, at)  # no engine, no history: said at once, in words
     colour = not os.environ.pop("NO_COLOR", "") and os.environ.get("TERM") != "dumb"
     for name in ("COLUMNS", "LINES"):  # of a parent, they would count for more than the terminal's own size
         os.environ.pop(name, None)
-    app = Watch(
+    app = Dashboard(
         source,
-        None if read_only or is_past(source) else Orders(place, by or user()),
+        None if read_only or is_past(source) else RemoteOrders(place, by or user()),
         clock=time.monotonic,
         task=task,
         ascii_only=ascii_only or not can_draw(),
@@ -58,9 +58,9 @@ def command(
     app.run(mouse=False)
 
 
-def _source(place: "Place", journal: str, at: str) -> "Source":
+def _source(place: "EngineOptions", journal: str, at: str) -> "Source":
     if not (journal or at):
-        engine = Engine(place)
+        engine = HttpSource(place)
         with suppress(NoEngine):
             engine.now(count=1)
             return engine
@@ -78,7 +78,7 @@ def can_draw() -> bool:
     return True
 
 
-class Place(NamedTuple):
+class EngineOptions(NamedTuple):
     """Where the engine is looked for, as the options say it."""
 
     site: Path | None
@@ -86,10 +86,10 @@ class Place(NamedTuple):
     token_file: Path | None
 
 
-class Engine:
+class HttpSource:
     """The engine as a `Source`. When it went away it is looked for anew: it may be back at another address."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: EngineOptions) -> None:
         self._place = place
         self._found: Source | None = None
 
@@ -138,13 +138,13 @@ class Engine:
         return found
 
 
-class Orders:
+class RemoteOrders:
     """Carries orders over HTTP, as the verbs do: the same routes, the same words."""
 
-    def __init__(self, place: Place, by: str) -> None:
+    def __init__(self, place: EngineOptions, by: str) -> None:
         self._place, self._by = place, by
 
-    def send(self, order: Order) -> Reply:
+    def send(self, order: WatchOrder) -> WatchReply:
         """Send an order, and return what the engine says.
 
         Raises:
@@ -155,16 +155,16 @@ class Orders:
         try:
             reply = client.post(path, body)
         except ApiError as error:
-            return Reply(f"REFUSED: {error}", good=False)
+            return WatchReply(f"REFUSED: {error}", good=False)
         if "ordered" not in reply:
-            return Reply(reply["text"])
+            return WatchReply(reply["text"])
         missed = any(one["may_be_airborne"] for one in reply["skipped"])
         said = in_words(reply)
         then = following(reply["next"], said)
-        return Reply(said + (f"\nnext: {then}" if then else ""), good=not missed)
+        return WatchReply(said + (f"\nnext: {then}" if then else ""), good=not missed)
 
 
-def call_of(order: Order, by: str) -> tuple[str, dict[str, Any]]:
+def call_of(order: WatchOrder, by: str) -> tuple[str, dict[str, Any]]:
     """Return the path and the body that carry an order."""
     target = segment(order.target)
     match order.verb:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from formiga_bt.lang.model import Site
 
 
-class What(StrEnum):
+class AccessCommand(StrEnum):
     """What is done."""
 
     SECRET = "secret"
@@ -36,7 +36,7 @@ class What(StrEnum):
 
 
 def command(
-    what: Annotated[What, typer.Argument(help="secret: set one; list: tell who has one.")],
+    what: Annotated[AccessCommand, typer.Argument(help="secret: set one; list: tell who has one.")],
     person: Annotated[
         str, typer.Argument(help="One of the people or pilots whom the site file names.", metavar="[PERSON]")
     ] = "",
@@ -57,7 +57,7 @@ def command(
 
     people = people_of(found)
     folder = (Path() if is_demo(site) else site.parent).resolve() / FOLDER / found.name
-    if what is What.LIST:
+    if what is AccessCommand.LIST:
         if person or reset:
             raise UnusableFile("say: formiga access list, or formiga access secret PERSON")
         _list(folder, people, as_json=as_json)

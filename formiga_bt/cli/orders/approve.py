@@ -17,7 +17,16 @@ from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
 from formiga_bt.base.site_folder import FOLDER, SiteFolder, is_running
 from formiga_bt.cli.client import Client, connect, print_json, print_table, show_next
-from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
+from formiga_bt.cli.inputs import (
+    CheckWorld,
+    UnusableFile,
+    find_tasks,
+    is_demo,
+    read_task,
+    read_world,
+    rendered,
+    task_files,
+)
 from formiga_bt.cli.proving import as_header, check_secret, own_secret
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
 from formiga_bt.safety.drafted import Drafted
@@ -145,7 +154,7 @@ def _keep(runtime: Path, body: dict[str, Any], secret: str) -> str:
 
 
 # -- which task, and what it may do ------------------------------------------------------------------------------------
-def _task(word: str, site: Path, world: World) -> "Task":
+def _task(word: str, site: Path, world: CheckWorld) -> "Task":
     """Return the task of a file, or of this name among those that `formiga up` serves: the site's own, then the shipped."""
     path = Path(word)
     if path.suffix in (".yaml", ".yml") or path.is_file():
@@ -167,7 +176,7 @@ def _task(word: str, site: Path, world: World) -> "Task":
     raise UnusableFile(f"there is no task '{word}'\n  help: one of {', '.join(sorted(set(names)))}, or a file")
 
 
-def summary(task: "Task", world: World, digest: str, wrote: Drafted | None = None) -> list[str]:
+def summary(task: "Task", world: CheckWorld, digest: str, wrote: Drafted | None = None) -> list[str]:
     """Return what a person should know before a task flies, in lines."""
     site = world.site
     assert site is not None
@@ -189,7 +198,7 @@ def summary(task: "Task", world: World, digest: str, wrote: Drafted | None = Non
     return lines
 
 
-def _catalogue_files(world: World) -> list[str]:
+def _catalogue_files(world: CheckWorld) -> list[str]:
     assert world.site is not None
     kinds, actions = world.catalogue.types.values(), world.catalogue.actions.values()
     return sorted({kind.mark.file for kind in kinds} | {action.mark.file for action in actions})
@@ -202,7 +211,7 @@ def _extent(site: "Site") -> str:
     return f", {min(east):.0f} to {max(east):.0f} m east, {min(north):.0f} to {max(north):.0f} m north"
 
 
-def _limits(task: "Task", world: World) -> dict[str, str]:
+def _limits(task: "Task", world: CheckWorld) -> dict[str, str]:
     """Return the limits of each type of machine that a task may be granted: the strictest of type, site and task."""
     from formiga_bt.lang.walk import all_roles
     from formiga_bt.safety.rules import rules_of

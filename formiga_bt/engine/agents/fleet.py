@@ -24,8 +24,8 @@ from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold
-from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Notify, QueryGoal
-from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, Told
+from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, NotifyPeople, QueryGoal
+from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, StatusTaken
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import CancelDue, GraceDue, LiveDue, StrayDue
 from formiga_bt.safety.gate import AT_PORT_M
@@ -154,7 +154,7 @@ class Fleet:
             self._pilot_has(agent)
         self._look_for_stray(agent.id)
         if not agent.human:
-            core.report(Told(agent.id, status.last_goal))
+            core.report(StatusTaken(agent.id, status.last_goal))
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
                 core.report(Landed(agent.task, agent.id))
             if status.landed == "airborne" and agent.landed != "airborne":
@@ -404,7 +404,7 @@ class Fleet:
             quarantine=REMOVED if agent.pool == "QUARANTINED" else agent.quarantine,
         )  # fmt: skip
         core.effect(
-            Notify(f"{agent_id} was removed, says {by or 'somebody'}: its way and its place are free", (), "info")
+            NotifyPeople(f"{agent_id} was removed, says {by or 'somebody'}: its way and its place are free", (), "info")
         )
 
     def begin_return(self, agent_id: str) -> None:

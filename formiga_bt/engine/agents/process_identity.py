@@ -28,7 +28,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.news import BadMessage, MustLeave
+from formiga_bt.engine.kernel.news import MustLeave, UnreadableMessage
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.transport.messages import AgentStatus
 
@@ -87,7 +87,7 @@ class ProcessIdentity:
         """
         ahead = status.stamp - self._core.clock
         if ahead > AHEAD_US and not 0 < status.epoch < self._core.state.epoch:
-            self._core.report(BadMessage(agent.id, AHEAD.format(seconds=ahead // SECOND)))
+            self._core.report(UnreadableMessage(agent.id, AHEAD.format(seconds=ahead // SECOND)))
             return True
         if not (agent.boot_id and status.boot_id and status.boot_id != agent.boot_id):
             return self._counts_wrongly(agent, status, wall or agent.heard_wall)
@@ -107,7 +107,7 @@ class ProcessIdentity:
             return False
         if status.stamp > agent.stamp > self._core.clock - SET_BACK_US:
             self._core.put_agent(agent.id, stray_stamp=status.stamp, stray_wall=wall)
-            self._core.report(BadMessage(agent.id, STUCK.format(seq=status.seq, before=agent.seq)))
+            self._core.report(UnreadableMessage(agent.id, STUCK.format(seq=status.seq, before=agent.seq)))
             if self._core.state.agents[agent.id].bad >= BAD_LIMIT:
                 self._core.put_agent(
                     agent.id, seq=-1

@@ -5,7 +5,7 @@ from typing import Final
 
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import never_enough, short_of
-from formiga_bt.engine.kernel.records import Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, Verdict
 
 FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted", "failed_before"})
 """Refusals that waiting does not change."""
@@ -15,7 +15,7 @@ MOST_NAMED: Final = 3
 """So many near misses are named; the explanation has all."""
 
 
-def hopeless(request: Request, verdicts: Sequence[Verdict], find: Callable[[str], Candidate | None]) -> str:
+def hopeless(request: AgentRequest, verdicts: Sequence[Verdict], find: Callable[[str], Candidate | None]) -> str:
     """Return why no known agent could ever serve a request, or ""; `find` returns an agent by its id."""
     for role in request.roles:
         possible, near_misses = 0, []
@@ -109,7 +109,7 @@ def refused_there(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None
     return _not_ready(agent)
 
 
-def looked(request: Request, agents: Sequence[Candidate]) -> tuple[Verdict, ...]:
+def looked(request: AgentRequest, agents: Sequence[Candidate]) -> tuple[Verdict, ...]:
     """Return what there is to say of each agent for a request that no policy sees: it fits, or why not."""
     found = []
     for role in request.roles:
@@ -119,7 +119,7 @@ def looked(request: Request, agents: Sequence[Candidate]) -> tuple[Verdict, ...]
     return tuple(found)
 
 
-def could_serve(request: Request, agents: Sequence[Candidate]) -> bool:
+def could_serve(request: AgentRequest, agents: Sequence[Candidate]) -> bool:
     """Return whether each role has as many agents as it needs that fit now, or would once they are free."""
     verdicts = [v for v in looked(request, agents) if v.code in ("fits", "busy")]
     return all(sum(v.role == role.role for v in verdicts) >= role.count for role in request.roles)

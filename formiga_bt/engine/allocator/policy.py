@@ -20,7 +20,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.cost import CostOf, far, far_and_low, in_words
 from formiga_bt.engine.allocator.filters import refused_there
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.kernel.records import Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, Verdict
 
 
 class Grant(Struct, frozen=True):
@@ -40,22 +40,22 @@ class Decision(Struct, frozen=True):
 class Policy(Protocol):
     """Chooses agents for requests. Deterministic: equal inputs, equal decision."""
 
-    def __call__(self, requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+    def __call__(self, requests: Sequence[AgentRequest], agents: Sequence[Candidate]) -> Decision:
         """Return the decision."""
         ...
 
 
-def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+def closest(requests: Sequence[AgentRequest], agents: Sequence[Candidate]) -> Decision:
     """Grant the nearest fitting agents, request by request in the given order."""
     return _decide(requests, agents, far)
 
 
-def closest_charged(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+def closest_charged(requests: Sequence[AgentRequest], agents: Sequence[Candidate]) -> Decision:
     """Grant the nearest fitting agents whose charge lasts, request by request in the given order."""
     return _decide(requests, agents, far_and_low)
 
 
-def _decide(requests: Sequence[Request], agents: Sequence[Candidate], cost_of: CostOf) -> Decision:
+def _decide(requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_of: CostOf) -> Decision:
     roster = agents if isinstance(agents, Roster) else Roster(agents)
     taken: dict[str, str] = {}
     grants: list[Grant] = []
@@ -72,7 +72,7 @@ def _decide(requests: Sequence[Request], agents: Sequence[Candidate], cost_of: C
     return Decision(tuple(grants), verdicts)
 
 
-def _reserved(request: Request, verdicts: Sequence[Verdict]) -> dict[str, str]:
+def _reserved(request: AgentRequest, verdicts: Sequence[Verdict]) -> dict[str, str]:
     """Return the agents that an incomplete team keeps for itself: for each role the nearest that fit."""
     kept: dict[str, str] = {}
     for role in request.roles:
@@ -88,7 +88,7 @@ Costs = dict[tuple[str, str], tuple[float, int]]
 
 
 def _serve(
-    request: Request, agents: Roster, taken: dict[str, str], machines: Mapping[str, int], cost_of: CostOf
+    request: AgentRequest, agents: Roster, taken: dict[str, str], machines: Mapping[str, int], cost_of: CostOf
 ) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
     costs: Costs = {}
     verdicts: list[Verdict] = []
@@ -136,12 +136,12 @@ Slots = list[tuple[RoleRequest, int]]
 """A role as often as it has agents, numbered."""
 
 
-def _slots(request: Request, counts: Mapping[str, int]) -> Slots:
+def _slots(request: AgentRequest, counts: Mapping[str, int]) -> Slots:
     return [(role, index) for role in request.roles for index in range(counts[role.role])]
 
 
 def _fill_up(
-    request: Request,
+    request: AgentRequest,
     role: RoleRequest,
     counts: dict[str, int],
     chosen: list[str],

@@ -18,7 +18,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.policy import Decision
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, TaskRecord, Verdict
 from formiga_bt.lang.places import steps_around
 
 MOST_SETS: Final = 1000
@@ -31,7 +31,7 @@ Team = Callable[[Sequence[str]], list[str] | None]
 """The agents that fill all slots if these tasks step aside, or None."""
 
 
-class Plan(Struct, frozen=True):
+class PreemptionPlan(Struct, frozen=True):
     """How a HIGH request gets its agents: from whom, and on their way already from whom."""
 
     request: str
@@ -100,13 +100,13 @@ class Preemption:
     """
 
     def __init__(
-        self, core: Core, requests: Sequence[Request], decision: Decision, agents: Sequence[Candidate]
+        self, core: Core, requests: Sequence[AgentRequest], decision: Decision, agents: Sequence[Candidate]
     ) -> None:
         self._core = core
         granted = {grant.task: grant for grant in decision.grants}
         urgent = [request for request in requests if request.priority == "high"]
         self._waiting = {request.task: request for request in urgent if request.task not in granted}
-        self.plans: dict[str, Plan] = {}
+        self.plans: dict[str, PreemptionPlan] = {}
         """A plan for each of them that could be served if others step aside, in order of service."""
         if not self._waiting:
             return
@@ -127,7 +127,7 @@ class Preemption:
                 self.plans[request.task] = plan
                 claimed |= plan.agents
 
-    def told(self, request: Request, verdicts: tuple[Verdict, ...]) -> tuple[Verdict, ...]:
+    def told(self, request: AgentRequest, verdicts: tuple[Verdict, ...]) -> tuple[Verdict, ...]:
         """Return the verdicts of a request, with what preemption makes of the busy ones."""
         if request.task not in self._waiting:
             return verdicts
@@ -144,7 +144,7 @@ class Preemption:
 
         return tuple(tell(verdict) for verdict in verdicts)
 
-    def _plan(self, request: Request, verdicts: Sequence[Verdict], claimed: set[str]) -> Plan | None:
+    def _plan(self, request: AgentRequest, verdicts: Sequence[Verdict], claimed: set[str]) -> PreemptionPlan | None:
         """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
         fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
         slots = [role for role in request.roles if not role.human for _ in range(role.count)]
@@ -166,7 +166,7 @@ class Preemption:
         tasks = self._core.state.tasks
         owners = [tasks[self._core.state.agents[agent_id].task] for agent_id in team if agent_id in self._home]
         awaited = {t.id: t.run for t in owners if _steps_aside(t) or t.id in victims}
-        return Plan(request.task, victims, awaited, frozenset(team)) if awaited else None
+        return PreemptionPlan(request.task, victims, awaited, frozenset(team)) if awaited else None
 
     def _victims(
         self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str], spared: frozenset[str]

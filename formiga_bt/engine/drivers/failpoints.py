@@ -110,20 +110,20 @@ class FailingPersist:
     def __init__(self, failpoint: Failpoint, inner: Persist, state: Callable[[], EngineState]) -> None:
         self._failpoint, self._inner, self._state = failpoint, inner, state
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
         self._before(steps)
         kept = self._inner.keep(steps)
         self._after(steps)
         return kept
 
-    def _before(self, steps: Sequence[inp.Step]) -> None:
+    def _before(self, steps: Sequence[inp.EngineStep]) -> None:
         if _has_orders(steps):
             self._failpoint.passing("before_commit")
         if any(_is_end(step.input) for step in steps):
             self._failpoint.passing("after_result")
 
-    def _after(self, steps: Sequence[inp.Step]) -> None:
+    def _after(self, steps: Sequence[inp.EngineStep]) -> None:
         if _has_orders(steps):
             self._failpoint.passing("after_commit")
         if any(_is_cleanup(goal) for step in steps for goal in _goals(step)):
@@ -139,9 +139,9 @@ class FailingAhead(FailingPersist):
     def __init__(self, failpoint: Failpoint, inner: PersistAhead, state: Callable[[], EngineState]) -> None:
         super().__init__(failpoint, inner, state)
         self._ahead = inner
-        self._steps: Sequence[inp.Step] = ()
+        self._steps: Sequence[inp.EngineStep] = ()
 
-    def start(self, steps: Sequence[inp.Step]) -> bool:
+    def start(self, steps: Sequence[inp.EngineStep]) -> bool:
         """Write steps; see `PersistAhead.start`."""
         self._before(steps)
         self._steps = steps
@@ -158,7 +158,7 @@ class FailingAhead(FailingPersist):
         return kept
 
 
-def _has_orders(steps: Sequence[inp.Step]) -> bool:
+def _has_orders(steps: Sequence[inp.EngineStep]) -> bool:
     return any(isinstance(effect, _ORDERS) for step in steps for effect in step.effects)
 
 
@@ -168,7 +168,7 @@ def _is_end(given: inp.Input) -> bool:
     return isinstance(given, inp.GoalEventInput) and given.event.state in TERMINAL
 
 
-def _goals(step: inp.Step) -> list[str]:
+def _goals(step: inp.EngineStep) -> list[str]:
     """Return the goals that a step orders, or that end with it."""
     found = [effect.goal_id for effect in step.effects if isinstance(effect, _ORDERS)]
     if isinstance(step.input, inp.GoalEventInput) and _is_end(step.input):

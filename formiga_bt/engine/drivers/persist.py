@@ -6,7 +6,7 @@ from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 from msgspec import Struct
 
-from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
 
 
 class Outcome(Struct, frozen=True):
@@ -24,7 +24,7 @@ DURABLE = Outcome(True)
 class Persist(Protocol):
     """Keeps steps."""
 
-    def keep(self, steps: Sequence[Step]) -> Outcome:
+    def keep(self, steps: Sequence[EngineStep]) -> Outcome:
         """Keep steps that follow those of the last call; called in the driver's thread, and returns when they are durable.
 
         Raises:
@@ -37,7 +37,7 @@ class Persist(Protocol):
 class PersistAhead(Persist, Protocol):
     """Keeps steps in three parts, so that the engine goes on while the disk is waited for: `start`, `commit`, `finish`."""
 
-    def start(self, steps: Sequence[Step]) -> bool:
+    def start(self, steps: Sequence[EngineStep]) -> bool:
         """Write steps that follow those of the last call; called in the driver's thread.
 
         Returns:
@@ -87,7 +87,7 @@ class Ahead(Generic[B]):
         """Return whether there is one that need not be waited for."""
         return self._batch is not None and (self._commit is None or self._commit.done())
 
-    def begin(self, batch: B, steps: Sequence[Step]) -> None:
+    def begin(self, batch: B, steps: Sequence[EngineStep]) -> None:
         """Write a batch and begin to commit it; none is under way.
 
         Raises:

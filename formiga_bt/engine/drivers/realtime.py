@@ -62,8 +62,8 @@ half that after which it is lost: a shorter standstill makes nobody silent."""
 LEAST_STANDSTILL_US: Final[Micros] = SECOND // 2
 """So long a busy computer may let its processes wait."""
 
-Listener = Callable[[inp.Step], None]
-Batch = list[tuple[inp.Step, "Future[Reply | None] | None", Micros]]
+Listener = Callable[[inp.EngineStep], None]
+Batch = list[tuple[inp.EngineStep, "Future[Reply | None] | None", Micros]]
 """Steps, each with whoever waits for its reply, and when it was made."""
 log = logging.getLogger("formiga.driver")
 
@@ -539,7 +539,7 @@ class RealtimeDriver:
             return None
         return inp.EffectFailed(effect.agent, "goal", effect.goal_id, "unreachable", "the engine stood still")
 
-    def _answer(self, step: inp.Step, waiter: "Future[Reply | None]", *, durable: bool) -> None:
+    def _answer(self, step: inp.EngineStep, waiter: "Future[Reply | None]", *, durable: bool) -> None:
         """Answer a caller; one whose step is not durable is told so, or waits until it is, and a request is taken back."""
         reply = step.reply
         if durable or isinstance(reply, Refusal):

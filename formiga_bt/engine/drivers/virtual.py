@@ -18,7 +18,7 @@ from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat
 
-Listener = Callable[[inp.Step], None]
+Listener = Callable[[inp.EngineStep], None]
 
 
 class VirtualDriver:
@@ -60,7 +60,7 @@ class VirtualDriver:
             transport.publish_clock(beat)
 
     # -- feeding -------------------------------------------------------------------------------------------------
-    def feed(self, given: inp.Input) -> inp.Step:
+    def feed(self, given: inp.Input) -> inp.EngineStep:
         """Handle an input now; deadlines that lie before are given first."""
         now = self.scheduler.now()
         while (due := self.engine.next_deadline()) is not None and due[0] < now:
@@ -73,7 +73,7 @@ class VirtualDriver:
         else:
             self._waits.append(given)
 
-    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+    def _handle(self, now: Micros, given: inp.Input) -> inp.EngineStep:
         step = self.engine.handle(now, given)
         if self._persist is not None:
             kept = self._persist.keep((step,))
@@ -102,7 +102,7 @@ class VirtualDriver:
             heapq.heappop(self._wall)
         return self._wall[0][0] if self._wall else None
 
-    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.Step:
+    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.EngineStep:
         """Let the world go on for so long while the engine's process does nothing; return the step with which it goes on.
 
         Args:

@@ -81,7 +81,7 @@ class Switchboard:
                 return self._try(agent, "cancel", goal_id, lambda t: t.cancel_goal(agent, goal_id))
             case inp.QueryGoal(agent, goal_ids):
                 return self._try(agent, "query", "", lambda t: t.query_goals(agent, goal_ids))
-            case inp.Notify() | inp.Alarm() | inp.PublishState():
+            case inp.NotifyPeople() | inp.Alarm() | inp.PublishState():
                 return None
 
     def _send(self, effect: inp.SendGoal, beat: int) -> inp.EffectFailed | None:

@@ -1,4 +1,4 @@
-"""What the gate sees: goals as `Ask`, machines as `Traffic`, limits as `Rules`, all made from the engine's records.
+"""What the gate sees: goals as `GateInput`, machines as `Traffic`, limits as `Rules`, all made from the engine's records.
 
 Traffic and its grid are kept and made anew only for machines that changed (`Core.moved`). So is what is known of a goal that
 waits, while nothing that it is made from has changed. Called by the gatekeeper and by `engine.goals.air_holding`; decides
@@ -15,10 +15,10 @@ from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
-from formiga_bt.safety.gate import AT_PORT_M, Ask
+from formiga_bt.safety.gate import AT_PORT_M, GateInput
 from formiga_bt.safety.grid import Box, Grid, grown
 from formiga_bt.safety.rules import Rules
-from formiga_bt.safety.traffic import GROUND_M, Area, Traffic, Way, traffic_of
+from formiga_bt.safety.traffic import GROUND_M, TakenArea, Traffic, Way, traffic_of
 
 SUN_EVERY_US: Micros = 60 * SECOND
 """Whether the sun is up is asked so often."""
@@ -29,19 +29,19 @@ SPARE: Final = 64
 _seen = attrgetter(
     "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home"
 )  # fmt: skip
-"""What a machine's record adds to `Ask`."""
+"""What a machine's record adds to `GateInput`."""
 _flown = attrgetter(
     "position", "landed", "stood_at", "battery", "payload_kg", "wind", "layer_m", "home", "limits"
 )  # fmt: skip
 """What it adds to the flight that is held against the envelope."""
 
 
-class Case:
+class WaitingGoal:
     """What is known of a waiting goal, and what that was made from."""
 
     __slots__ = ("ask", "breach", "flown", "seen")
 
-    def __init__(self, ask: Ask, seen: tuple[Any, ...]) -> None:
+    def __init__(self, ask: GateInput, seen: tuple[Any, ...]) -> None:
         self.ask = ask
         self.seen = seen
         self.breach: Breach | None = None
@@ -62,10 +62,10 @@ class GateView:
             self._ports.put(port.name, grown(box, AT_PORT_M), port.at)
         self._reach_m = max(core.site.separation_m, core.site.min_spacing_m)
         self._sun: tuple[Micros, bool] = (-1, False)
-        self._cases: dict[str, Case] = {}
+        self._cases: dict[str, WaitingGoal] = {}
 
     # -- goals -------------------------------------------------------------------------------------------------------
-    def ask(self, goal: GoalRecord) -> Ask:
+    def ask(self, goal: GoalRecord) -> GateInput:
         """Return a goal as the gate sees it."""
         if not goal.code:
             return self._ask(goal)  # it does not wait yet: most never do
@@ -77,7 +77,7 @@ class GateView:
         )  # fmt: skip
         case = self._cases.get(goal.id)
         if case is None:
-            case = self._cases[goal.id] = Case(self._ask(goal), seen)
+            case = self._cases[goal.id] = WaitingGoal(self._ask(goal), seen)
             self._forget_old()
         elif case.seen != seen:
             case.ask, case.seen = self._ask(goal), seen
@@ -88,13 +88,13 @@ class GateView:
         if len(self._cases) > 2 * len(gated) + SPARE:
             self._cases = {goal_id: case for goal_id, case in self._cases.items() if goal_id in gated}
 
-    def _ask(self, goal: GoalRecord) -> Ask:
+    def _ask(self, goal: GoalRecord) -> GateInput:
         core = self._core
         agent = core.state.agents[goal.agent]
         deposed = core.state.counters.get("deposed", 0) > 0
         task = core.state.tasks.get(goal.task)
         if agent.human:
-            return Ask(
+            return GateInput(
                 agent=agent.id, task=goal.task, human=True, reachable=agent.is_reachable, control="engine", deposed=deposed,
                 unsettled=self._is_unsettled(agent.id),
                 locked=self._locked(goal, task), held=bool(task and _holds(task, agent, goal.section)),
@@ -110,7 +110,7 @@ class GateView:
         if spec.starts_rotors or spec.lands:
             places = agent.position, target
             near = [port for place in places if isinstance(place, Place | Position) for port in self.ports_at(place)]
-        return Ask(
+        return GateInput(
             agent=agent.id,
             task=goal.task,
             human=False,
@@ -175,7 +175,7 @@ class GateView:
         return "" if way_home and lockdown.how == "return" else lockdown.how
 
     # -- limits ------------------------------------------------------------------------------------------------------
-    def breach(self, goal: GoalRecord, ask: Ask) -> Breach | None:
+    def breach(self, goal: GoalRecord, ask: GateInput) -> Breach | None:
         """Return the limit that a goal would break."""
         core = self._core
         agent = core.state.agents[goal.agent]
@@ -189,7 +189,9 @@ class GateView:
             case.breach, case.flown = self._breach(goal, ask, agent, rules, rescue=rescue), flown
         return case.breach
 
-    def _breach(self, goal: GoalRecord, ask: Ask, agent: AgentRecord, rules: Rules, *, rescue: bool) -> Breach | None:
+    def _breach(
+        self, goal: GoalRecord, ask: GateInput, agent: AgentRecord, rules: Rules, *, rescue: bool
+    ) -> Breach | None:
         core = self._core
         spec = core.action(goal.action)
         moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
@@ -234,7 +236,7 @@ class GateView:
         return up
 
     # -- the others --------------------------------------------------------------------------------------------------
-    def traffic(self, ask: Ask) -> list[Traffic]:
+    def traffic(self, ask: GateInput) -> list[Traffic]:
         """Return the machines that may be near a goal's way and spots, in the order of their admission."""
         self._refresh()
         here, target = ask.position, ask.target
@@ -276,7 +278,7 @@ class GateView:
     def _seen(self, agent: AgentRecord) -> Traffic:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None
         leg: Way | None = agent.lost_leg
-        area: Area | None = agent.lost_area
+        area: TakenArea | None = agent.lost_area
         if goal is not None and goal.in_flight and (goal.leg is not None or goal.area is not None):
             leg, area = goal.leg, goal.area
         column = self._column_m(agent, leg)

@@ -30,7 +30,7 @@ from formiga_bt.engine.goals.people import TTL_BEATS as QUESTION_BEATS
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
-from formiga_bt.engine.kernel.news import BadMessage, Idle, MustLeave, Stopped, TakenOver, Unreachable
+from formiga_bt.engine.kernel.news import GoalUnreachable, Idle, MustLeave, Stopped, TakenOver, UnreadableMessage
 from formiga_bt.engine.kernel.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GoalTimer, GraceDue
 from formiga_bt.lang.types import Type
@@ -251,7 +251,7 @@ class Goals:
             try:
                 result = read_result(spec.result, event.result)
             except (KeyError, TypeError, ValueError, OverflowError) as error:
-                core.report(BadMessage(goal.agent, f"result of {goal.action} cannot be read: {error}"))
+                core.report(UnreadableMessage(goal.agent, f"result of {goal.action} cannot be read: {error}"))
                 self.end(goal.id, "failed", "bad_result", str(error))
                 return
         self.end(goal.id, event.state, event.code, event.text, result)
@@ -378,7 +378,7 @@ class Goals:
         if goal is None or goal.ended or failed.what != "goal" or goal.state != "sent":
             return
         if failed.outcome == "unreachable":
-            core.report(Unreachable(goal.agent))  # else it would be sent again at once, for ever
+            core.report(GoalUnreachable(goal.agent))  # else it would be sent again at once, for ever
             self._back_to_the_gate(goal)
         else:
             core.effect(QueryGoal(goal.agent, (goal.id,)))

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.inputs import CancelGoal, Notify, SendGoal
+from formiga_bt.engine.kernel.inputs import CancelGoal, NotifyPeople, SendGoal
 from formiga_bt.engine.kernel.records import PRIORITIES, Answer, GoalRecord, Question
 from formiga_bt.engine.kernel.timers import AcceptDue, EscalationDue
 from formiga_bt.nodes.run import AskOrder
@@ -174,7 +174,7 @@ class People:
             if person != goal.agent and question.showing(person) in core.state.goals:
                 self._take_back(question.showing(person))
                 text = f"{question.number} is already answered: {question.reply['answer']} by {question.reply['by']}"
-                core.effect(Notify(text, (person,), "info", question.task))
+                core.effect(NotifyPeople(text, (person,), "info", question.task))
         return question
 
     def late(self, person: str, goal_id: str) -> None:
@@ -185,7 +185,7 @@ class People:
         agent = self._core.state.agents.get(person)
         if agent is not None and agent.told_late != goal_id:
             self._core.put_agent(person, told_late=goal_id)
-            self._core.effect(Notify("answer_late: the question was closed before", (person,), "info"))
+            self._core.effect(NotifyPeople("answer_late: the question was closed before", (person,), "info"))
 
 
 def decide(question: Question) -> "dict[str, object] | None":

@@ -9,15 +9,15 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.records import (
+    AgentEventRecord,
     AgentRecord,
+    AgentRequest,
     Approval,
     ClearanceRecord,
     Deadline,
     GoalRecord,
-    Happening,
     Lockdown,
     Question,
-    Request,
     Resuming,
     StandingOrder,
     TaskRecord,
@@ -73,10 +73,10 @@ class ClearancePut(Struct, frozen=True, tag=True):
     clearance: ClearanceRecord | None
 
 
-class Happened(Struct, frozen=True, tag=True):
+class AgentEventNoted(Struct, frozen=True, tag=True):
     """An agent told an event of its own."""
 
-    happening: Happening
+    happening: AgentEventRecord
 
 
 class OrderPut(Struct, frozen=True, tag=True):
@@ -178,7 +178,7 @@ class RequestPut(Struct, frozen=True, tag=True):
     """A task waits for agents, or (None) no longer."""
 
     task: str
-    request: Request | None
+    request: AgentRequest | None
 
 
 class Granted(Struct, frozen=True, tag=True):
@@ -234,6 +234,6 @@ class ResumePut(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
+    | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
     | WakesPut
 )  # fmt: skip

@@ -16,7 +16,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.energy import Power, power_of
 from formiga_bt.base.geo import Frame
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.index import DeadlineHeap, Index, Instants
+from formiga_bt.engine.kernel.index import DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
 from formiga_bt.engine.kernel.news import News
@@ -122,7 +122,7 @@ class Core:
         """Agents that changed since the allocator last looked at them."""
         self.moved: dict[str, None] = dict.fromkeys(state.agents)
         """Agents that changed since the gate last looked at them as traffic."""
-        self.index = Index(state)
+        self.index = StateIndex(state)
         self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
         """Tasks that have not ended: an index of the state."""
         self.touched: dict[str, bool] = {}

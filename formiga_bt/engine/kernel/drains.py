@@ -8,7 +8,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.nodes.ends import ChildEnd, End, FinallyEnd, GoalEnd, Release
+from formiga_bt.nodes.ends import AgentReleased, ChildEnd, End, FinallyEnd, GoalEnd
 
 
 def is_over(state: EngineState, task: TaskRecord, end: End) -> bool:
@@ -20,7 +20,7 @@ def is_over(state: EngineState, task: TaskRecord, end: End) -> bool:
         case FinallyEnd(tidy_id):
             tidy = task.tidy(tidy_id)
             return tidy is None or tidy.ended
-        case Release(agent):
+        case AgentReleased(agent):
             return agent not in task.releasing
         case ChildEnd(child_id):
             child = state.tasks.get(child_id)
@@ -38,7 +38,7 @@ def adopt(core: Core, task_id: str, end: End, owner: str) -> None:
         case FinallyEnd(tidy_id):
             tidying = tuple(replace(one, owner=owner) if one.id == tidy_id else one for one in task.tidying)
             core.put_task(task_id, tidying=tidying)
-        case Release(agent):
+        case AgentReleased(agent):
             if agent in task.releasing:
                 now = replace(task.releasing[agent], owner=owner)
                 core.put_task(task_id, releasing={**task.releasing, agent: now})
@@ -56,7 +56,7 @@ def forget(core: Core, task_id: str, end: End) -> None:
                 core.emit(ch.GoalDrop(goal))
         case FinallyEnd(tidy_id):
             core.put_task(task_id, tidying=tuple(one for one in core.task(task_id).tidying if one.id != tidy_id))
-        case Release() | ChildEnd():
+        case AgentReleased() | ChildEnd():
             pass
         case _:
             assert_never(end)

@@ -7,7 +7,7 @@ task's deadlines stand still.
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.core import EVERYTHING, Core, clock_stands
-from formiga_bt.engine.kernel.records import Request
+from formiga_bt.engine.kernel.records import AgentRequest
 from formiga_bt.engine.kernel.timers import AllocationDue
 
 
@@ -43,5 +43,5 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
         )  # its blocks, and the tasks that it requested, may have agents again
 
 
-def _concerns(core: Core, request: Request, task_id: str) -> bool:
+def _concerns(core: Core, request: AgentRequest, task_id: str) -> bool:
     return request.holder == task_id or core.task(request.holder).parent == task_id

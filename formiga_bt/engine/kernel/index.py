@@ -62,7 +62,7 @@ class Groups(Generic[Member]):
         return tuple(self._sets)
 
 
-class Index:
+class StateIndex:
     """All indexes of one engine's state."""
 
     def __init__(self, state: EngineState) -> None:

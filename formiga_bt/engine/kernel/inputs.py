@@ -207,7 +207,7 @@ class Resumed(Struct, frozen=True, tag=True, kw_only=True):
     """Open task -> why its tree could not be rebuilt."""
     poison: tuple[str, ...] = ()
     """Tasks that stopped the engine each time it resumed them: not rebuilt any more."""
-    again: "tuple[CancelGoal | Notify | Alarm, ...]" = ()
+    again: "tuple[CancelGoal | NotifyPeople | Alarm, ...]" = ()
     """Effects of the last commit: they may not have left."""
     taken_back: tuple[str, ...] = ()
     """Digests of approvals that were taken back, and the journal does not know it."""
@@ -290,7 +290,7 @@ class QueryGoal(Struct, frozen=True, tag=True):
     goal_ids: tuple[str, ...] = ()
 
 
-class Notify(Struct, frozen=True, tag=True):
+class NotifyPeople(Struct, frozen=True, tag=True):
     """Tell people."""
 
     text: str
@@ -317,10 +317,10 @@ class PublishState(Struct, frozen=True, tag=True):
     reason: str = ""
 
 
-Effect = SendGoal | CancelGoal | QueryGoal | Notify | Alarm | PublishState
+Effect = SendGoal | CancelGoal | QueryGoal | NotifyPeople | Alarm | PublishState
 
 
-class Step(Struct, frozen=True):
+class EngineStep(Struct, frozen=True):
     """One input handled at one instant. `reply` answers the caller of an order."""
 
     seq: int

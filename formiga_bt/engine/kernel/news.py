@@ -12,14 +12,14 @@ from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
 # -- of machines -------------------------------------------------------------------------------------------------------
 
 
-class BadMessage(Struct, frozen=True):
+class UnreadableMessage(Struct, frozen=True):
     """An agent sent what cannot be read, or is not so."""
 
     agent: str
     text: str
 
 
-class Unreachable(Struct, frozen=True):
+class GoalUnreachable(Struct, frozen=True):
     """A goal surely did not reach its agent."""
 
     agent: str
@@ -45,7 +45,7 @@ class Left(Struct, frozen=True):
     agent: str
 
 
-class Told(Struct, frozen=True):
+class StatusTaken(Struct, frozen=True):
     """A status of a machine was taken; by it this goal of the machine has ended, though its end may not be handled yet."""
 
     agent: str
@@ -121,7 +121,7 @@ class AllHome(Struct, frozen=True):
     task: str
 
 
-class Ends(Struct, frozen=True):
+class TaskEnds(Struct, frozen=True):
     """A task ends, or a person ends it: it is held no more."""
 
     task: str
@@ -140,6 +140,6 @@ class CarriedOut(Struct, frozen=True):
 
 
 News = (
-    BadMessage | Unreachable | MustLeave | Leaves | Left | Told | Landed | Flies | CameBack | Idle | NoWayHome
-    | TakenOver | Stopped | ClearanceDenied | Unwanted | AllHome | Ends | StepsStopped | CarriedOut
+    UnreadableMessage | GoalUnreachable | MustLeave | Leaves | Left | StatusTaken | Landed | Flies | CameBack | Idle | NoWayHome
+    | TakenOver | Stopped | ClearanceDenied | Unwanted | AllHome | TaskEnds | StepsStopped | CarriedOut
 )  # fmt: skip

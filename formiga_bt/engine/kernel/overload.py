@@ -9,7 +9,7 @@ from typing import Final
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.inputs import Alarm, Behind, Notify
+from formiga_bt.engine.kernel.inputs import Alarm, Behind, NotifyPeople
 from formiga_bt.engine.kernel.pace import throttled
 from formiga_bt.engine.kernel.state import EngineState
 
@@ -35,7 +35,7 @@ def note_behind(core: Core, given: Behind) -> None:
     elif given.late_us <= 0 and state.counters.get(LATE):
         for name, value in ((LATE, 0), (WORST, given.worst_us), (UNTIL, core.now)):
             core.emit(ch.CounterSet(name, value))
-        core.effect(Notify(f"the engine keeps up again; it was {given.worst_us / SECOND:.1f} s late", (), "info"))
+        core.effect(NotifyPeople(f"the engine keeps up again; it was {given.worst_us / SECOND:.1f} s late", (), "info"))
 
 
 def lag_since(state: EngineState, begin: Micros) -> Micros | None:

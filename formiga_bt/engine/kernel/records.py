@@ -14,7 +14,7 @@ from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served
-from formiga_bt.safety.traffic import Area
+from formiga_bt.safety.traffic import TakenArea
 from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
@@ -147,7 +147,7 @@ class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.state == "ended"
 
 
-class Happening(Struct, frozen=True):
+class AgentEventRecord(Struct, frozen=True):
     """An event that an agent told of itself."""
 
     agent: str
@@ -171,7 +171,7 @@ class Version(Struct, frozen=True):
     bundle: str
 
 
-class Found(Struct, frozen=True):
+class FoundMachine(Struct, frozen=True):
     """How a machine was found that is not as it was left when the engine went away."""
 
     change: str
@@ -263,10 +263,10 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     abort_now: bool = False
     held: tuple[str, ...] = ()
     """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
-    found: dict[str, Found] = {}
+    found: dict[str, FoundMachine] = {}
     """While HELD (resume): its agents that were not as the engine had left them."""
     events_from: int = 0
-    """`Happening.order` of the last event before its admission."""
+    """`AgentEventRecord.order` of the last event before its admission."""
     events_taken: dict[str, int] = {}
     """`<agent>|<event>` -> order of the last one that a step took."""
     clock: TaskClock = TaskClock()
@@ -349,7 +349,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     lost_leg: tuple[Position, Position] | None = None
     """The way that it was on when it was lost, or did not confirm that it stopped: it may have gone on, so all of it stays
     reserved until it says that it stands on the ground, is asked what it still does, or flies another."""
-    lost_area: Area | None = None
+    lost_area: TakenArea | None = None
     """The area that it explored then, likewise."""
     battery: float | None = None
     position: Position | None = None
@@ -456,7 +456,7 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     phase: str = ""
     leg: tuple[Position, Position] | None = None
     """The straight way that the gate granted."""
-    area: Area | None = None
+    area: TakenArea | None = None
     """The area at one height that it explores: nobody else may come near while it does."""
     clearance: Clearance | None = None
     cleared: Place | None = None
@@ -630,7 +630,7 @@ def holder_of(request: str) -> str:
     return request.partition("|")[0]
 
 
-class Request(Struct, frozen=True, kw_only=True):
+class AgentRequest(Struct, frozen=True, kw_only=True):
     """A waiting task as the allocator sees it (`/allocation/requests/<id>`): expressions are already values."""
 
     holder: str

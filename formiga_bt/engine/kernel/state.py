@@ -11,17 +11,17 @@ from msgspec import Struct, field
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import (
+    AgentEventRecord,
     AgentRecord,
+    AgentRequest,
     Approval,
     ClearanceRecord,
     Deadline,
     GoalRecord,
-    Happening,
     Lockdown,
     Question,
-    Request,
     Resuming,
     StandingOrder,
     TaskRecord,
@@ -71,9 +71,9 @@ class EngineState(Struct):
     """bundle of a task that a model wrote -> who asked for it"""
     library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
     """task -> its versions, oldest first, once another than the first is served"""
-    happenings: dict[str, list[Happening]] = field(default_factory=dict)
+    happenings: dict[str, list[AgentEventRecord]] = field(default_factory=dict)
     """agent -> its newest events, oldest first; at most `KEPT_EVENTS`"""
-    requests: dict[str, Request] = field(default_factory=dict)
+    requests: dict[str, AgentRequest] = field(default_factory=dict)
     explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
     wakes: dict[str, Wakes] = field(default_factory=dict)
@@ -120,7 +120,7 @@ def _clearance(state: EngineState, _: Blackboard, change: ch.ClearancePut) -> No
     _set_or_drop(state.clearances, change.agent, change.clearance)
 
 
-def _happened(state: EngineState, board: Blackboard, change: ch.Happened) -> None:
+def _happened(state: EngineState, board: Blackboard, change: ch.AgentEventNoted) -> None:
     one = change.happening
     state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
     state.counters["happening"] = one.order
@@ -252,7 +252,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.QuestionPut: _question,
         ch.QuestionDrop: _question_drop,
         ch.ClearancePut: _clearance,
-        ch.Happened: _happened,
+        ch.AgentEventNoted: _happened,
         ch.OrderPut: _order,
         ch.LockdownPut: _lockdown,
         ch.ApprovalPut: _approval,
@@ -279,7 +279,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
 """How each kind of change is applied."""
 
 
-def fold(state: EngineState, board: Blackboard, step: Step) -> None:
+def fold(state: EngineState, board: Blackboard, step: EngineStep) -> None:
     """Bring a state that stands before a recorded step to where it stood after it."""
     state.seq, state.now = step.seq, step.at
     for change in step.changes:

@@ -16,7 +16,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.overload import lag_since
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
-from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.safety.envelope import Breach, FlightState, in_flight
 
@@ -31,7 +31,7 @@ LATER = "!"
 class Breaches:
     """What the engine does when a machine leaves its envelope."""
 
-    def __init__(self, core: Core, tasks: Tasks, orders: Orders) -> None:
+    def __init__(self, core: Core, tasks: Tasks, orders: StandingOrders) -> None:
         self._core = core
         self._tasks = tasks
         self._orders = orders

@@ -15,14 +15,14 @@ from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Operator
 from formiga_bt.engine.kernel.records import AgentRecord, Stop, TaskRecord, family
 from formiga_bt.engine.orders.continuing import obstacle
-from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
 
 
 class Command:
     """A person's word."""
 
-    def __init__(self, core: Core, fleet: Fleet, goals: Goals, tasks: Tasks, orders: Orders) -> None:
+    def __init__(self, core: Core, fleet: Fleet, goals: Goals, tasks: Tasks, orders: StandingOrders) -> None:
         self._core = core
         self._fleet = fleet
         self._goals = goals

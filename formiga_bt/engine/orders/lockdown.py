@@ -13,13 +13,13 @@ from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm, LockdownOrder
 from formiga_bt.engine.kernel.records import AgentRecord, Lockdown, StandingOrder
-from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.orders.orders import StandingOrders
 
 
 class Lockdowns:
     """The one switch."""
 
-    def __init__(self, core: Core, orders: Orders) -> None:
+    def __init__(self, core: Core, orders: StandingOrders) -> None:
         self._core = core
         self._orders = orders
 

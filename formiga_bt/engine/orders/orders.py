@@ -44,7 +44,7 @@ NAMES: Final = {"return": "Return", "land": "Land"}
 """System tasks that carry out orders."""
 
 
-class Orders:
+class StandingOrders:
     """All standing orders, and lockdown."""
 
     def __init__(

@@ -12,7 +12,7 @@ from formiga_bt.engine.kernel.inputs import (
     Input,
     JournalState,
     LockdownOrder,
-    Notify,
+    NotifyPeople,
     Operator,
     Serve,
     Submit,
@@ -47,7 +47,7 @@ def note_journal(core: Core, given: JournalState) -> None:
     elif given.state == "slow":
         core.effect(Alarm("journal_slow", f"the journal is slow, orders and answers wait for it{why}"))
     else:
-        core.effect(Notify(f"the journal keeps everything again{why}", (), "info"))
+        core.effect(NotifyPeople(f"the journal keeps everything again{why}", (), "info"))
 
 
 def begins_something(given: Input) -> bool:

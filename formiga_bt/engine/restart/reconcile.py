@@ -32,7 +32,7 @@ from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold
 from formiga_bt.engine.kernel.overload import LATE
-from formiga_bt.engine.kernel.records import AgentRecord, Before, Found, Resuming, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, Before, FoundMachine, Resuming, TaskRecord
 from formiga_bt.engine.kernel.timers import AskDue, CancelDue, LiveDue, ResumeDue
 from formiga_bt.engine.orders.continuing import way_on
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
@@ -253,7 +253,7 @@ class Reconcile:
         for goal in self._core.index.goals_of(agent_id):
             if goal.in_flight and not goal.cancel_asked and goal.section == "steps":
                 self._goals.interrupt(goal.id, "in_doubt")
-                self._hold(agent, Found("was started anew"))
+                self._hold(agent, FoundMachine("was started anew"))
 
     def after_input(self, given: inp.Input) -> None:
         """Look at what an input has changed, before trees see it."""
@@ -312,7 +312,7 @@ class Reconcile:
         self._core.stale.add(agent.id)
         change = "" if gone else self._change(agent, was)
         if change:
-            self._hold(agent, Found(change, flew="airborne" in was.landed and "grounded" not in was.landed))
+            self._hold(agent, FoundMachine(change, flew="airborne" in was.landed and "grounded" not in was.landed))
 
     def _change(self, agent: AgentRecord, was: Before) -> str:
         if agent.control != was.control:
@@ -325,7 +325,7 @@ class Reconcile:
             return "was moved to another place"
         return "was moved" if horizontal_m(agent.position, was.position) > MOVED_M else ""
 
-    def _hold(self, agent: AgentRecord, found: Found) -> None:
+    def _hold(self, agent: AgentRecord, found: FoundMachine) -> None:
         core = self._core
         task = core.state.tasks.get(agent.task)
         if task is None or not self._may_hold(task):
@@ -400,7 +400,7 @@ class Reconcile:
         quiet = f"; not heard of: {', '.join(silent)}" if silent else ""
         word = "on after a standstill of" if resume.stood else "resumed after"
         text = f"{word} {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"
-        core.effect(inp.Notify(text, tuple(core.site.people.get("watchers", ())), "info"))
+        core.effect(inp.NotifyPeople(text, tuple(core.site.people.get("watchers", ())), "info"))
 
 
 def _cancels(given: inp.Resumed) -> tuple[tuple[str, str, str], ...]:

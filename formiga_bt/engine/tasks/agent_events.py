@@ -9,7 +9,7 @@ from formiga_bt.engine.goals.goals import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.records import Happening
+from formiga_bt.engine.kernel.records import AgentEventRecord
 from formiga_bt.engine.kernel.state import KEPT_EVENTS
 from formiga_bt.transport.messages import AgentEvent
 
@@ -43,7 +43,9 @@ class AgentEvents:
             return
         self._forget_oldest(agent.id)
         order = core.state.counters.get("happening", 0) + 1
-        core.emit(ch.Happened(Happening(agent.id, event.event, order, event.boot_id, event.n, core.now, fields)))
+        core.emit(
+            ch.AgentEventNoted(AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields))
+        )
 
     def _forget_oldest(self, agent: str) -> None:
         """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""

@@ -19,7 +19,7 @@ from formiga_bt.engine.allocator.preemption import parents_of, why_not_preemptib
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core, clock_stands
 from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Submit
-from formiga_bt.engine.kernel.records import PRIORITIES, Approval, Request
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, Approval
 from formiga_bt.lang.model import Task
 from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, others_than, same_person
 from formiga_bt.safety.drafted import Drafted
@@ -175,7 +175,7 @@ class Authority:
                 core.emit(ch.ApprovalPut(digest, None))
 
     # -- grants ----------------------------------------------------------------------------------------------------
-    def blocked(self, request: Request) -> tuple[str, str] | None:
+    def blocked(self, request: AgentRequest) -> tuple[str, str] | None:
         """Return (code, detail) of what keeps a waiting request from being granted now, whoever is free; or None."""
         core = self._core
         locked = self._locked()
@@ -194,7 +194,7 @@ class Authority:
             return "no_pilot", self._why_no_pilot(request)
         return None
 
-    def blocked_of(self, requests: Sequence[Request]) -> dict[str, tuple[str, str]]:
+    def blocked_of(self, requests: Sequence[AgentRequest]) -> dict[str, tuple[str, str]]:
         """Return (code, detail) of those of the waiting requests, in order of service, that cannot be granted now.
 
         While a HIGH one waits for a pilot's room, lower ones get none of it.
@@ -211,7 +211,7 @@ class Authority:
                     kept_for = kept_for or request.task
         return found
 
-    def step_aside_for(self, request: Request) -> tuple[str, ...]:
+    def step_aside_for(self, request: AgentRequest) -> tuple[str, ...]:
         """Return the tasks to preempt so that a pilot on duty gets room for a HIGH request: the fewest, lowest, newest.
 
         Empty if it is no HIGH request, if it cannot be done, or if enough room is on its way.
@@ -244,13 +244,13 @@ class Authority:
                 best = tuple(victims)
         return best
 
-    def _may_have_room(self, request: Request) -> bool:
+    def _may_have_room(self, request: AgentRequest) -> bool:
         return any(self._core.site.pilots[p] >= machines_of(request) for p in self._core.state.duty)
 
-    def _binds(self, request: Request) -> bool:
+    def _binds(self, request: AgentRequest) -> bool:
         return self._core.site.mode == "real" and machines_of(request) > 0
 
-    def pilot(self, request: Request) -> str:
+    def pilot(self, request: AgentRequest) -> str:
         """Return the pilot on duty who takes the machines of a request: the one with the most room; "" = none has enough."""
         if not self._binds(request):
             return ""
@@ -260,7 +260,7 @@ class Authority:
         fit = [(room, pilot) for room, pilot in rooms if room >= machines_of(request)]
         return max(fit, key=lambda one: one[0])[1] if fit else ""
 
-    def trimmed(self, request: Request, roles: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    def trimmed(self, request: AgentRequest, roles: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
         """Return granted agents without those beyond each role's count for which the pilot has no room."""
         pilot = self.pilot(request)
         room = self._room(pilot) - machines_of(request) if pilot else 0
@@ -282,7 +282,7 @@ class Authority:
         mine = {task for task in self._core.open if state.tasks[task].pilot == pilot}
         return [agent.id for agent in state.agents.values() if agent.task in mine and not agent.human]
 
-    def _why_no_pilot(self, request: Request) -> str:
+    def _why_no_pilot(self, request: AgentRequest) -> str:
         core = self._core
         if not core.site.pilots:
             return "the site names no pilots"
@@ -293,7 +293,7 @@ class Authority:
         return f"it needs room for {machines_of(request)}; {told}"
 
 
-def machines_of(request: Request) -> int:
+def machines_of(request: AgentRequest) -> int:
     """Return how many machines a request asks for."""
     return sum(role.count for role in request.roles if not role.human)
 

@@ -13,7 +13,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import Request, RoleRequest, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.engine.tasks.taskmodel import CANNOT_COMPUTE
@@ -33,7 +33,7 @@ class Requests:
     def __init__(self, core: Core) -> None:
         self._core = core
 
-    def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
+    def request(self, task: TaskRecord, values: Mapping[str, Any]) -> AgentRequest:
         """Return a task's request; the expressions of its roles are read now, once.
 
         Raises:
@@ -54,13 +54,13 @@ class Requests:
             roles = tuple(replace(role, wait_until=core.now + task.wait) for role in roles)
         if task.expires is not None:
             expires = core.now + task.expires
-        return Request(
+        return AgentRequest(
             holder=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
         )
 
     def want(
         self, task_id: str, node: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...] = ()
-    ) -> Request:
+    ) -> AgentRequest:
         """Let a block of a running task wait for agents; return its request. Its `wait` is the node's own deadline."""
         core = self._core
         task = core.task(task_id)
@@ -68,14 +68,14 @@ class Requests:
             replace(self._role(role, env, WAIT_US), but_not=but_not, rebind=role.if_lost == "rebind")
             for role in roles.values()
         )
-        request = Request(
+        request = AgentRequest(
             holder=task_id, node=node, priority=task.priority, order=task.order, at=core.now, roles=wanted
         )
         core.emit(ch.RequestPut(request.task, request))
         self._core.wake_allocator()
         return request
 
-    def enqueue(self, request: Request) -> None:
+    def enqueue(self, request: AgentRequest) -> None:
         """Let a request wait for agents."""
         core = self._core
         core.emit(ch.RequestPut(request.task, request))

@@ -10,7 +10,7 @@ from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import drains
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.inputs import Notify
+from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.engine.kernel.pace import Pace
 from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord, request_id
 from formiga_bt.engine.kernel.state import event_key
@@ -337,7 +337,7 @@ class TaskRun:
 
     def notify(self, text: str, to: tuple[str, ...], severity: str, path: str) -> None:  # noqa: ARG002
         """Tell people."""
-        self._core.effect(Notify(text, to, severity, self.task_id))  # type: ignore[arg-type]
+        self._core.effect(NotifyPeople(text, to, severity, self.task_id))  # type: ignore[arg-type]
 
     # -- names -----------------------------------------------------------------------------------------------------
     def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:

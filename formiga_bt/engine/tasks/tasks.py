@@ -27,8 +27,8 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
 from formiga_bt.engine.kernel.inputs import Abort, PublishState
-from formiga_bt.engine.kernel.news import CarriedOut, Ends, Leaves, StepsStopped
-from formiga_bt.engine.kernel.records import Again, Request, TaskClock, TaskRecord
+from formiga_bt.engine.kernel.news import CarriedOut, Leaves, StepsStopped, TaskEnds
+from formiga_bt.engine.kernel.records import Again, AgentRequest, TaskClock, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.recovery import Recovery
@@ -95,7 +95,7 @@ class Tasks:
             else:
                 core.set_deadline(TaskDue(task_id, "timeout"), core.now + after, task_id, pausable=True)
 
-    def granted_more(self, request: Request, roles: dict[str, tuple[str, ...]]) -> None:
+    def granted_more(self, request: AgentRequest, roles: dict[str, tuple[str, ...]]) -> None:
         """The allocator gave the agents that a block of a running task asked for: its node takes them."""
         core = self._core
         task = core.task(request.holder)
@@ -117,7 +117,7 @@ class Tasks:
         )
         core.wake(task.id, request.node)
 
-    def refuse_request(self, request: Request, reason: str) -> None:
+    def refuse_request(self, request: AgentRequest, reason: str) -> None:
         """No agent could ever serve a request: its task ends, or its node fails."""
         core = self._core
         if not request.node:
@@ -288,12 +288,12 @@ class Tasks:
             self._runs.of(task.id).tidies.cut()
         elif task.section in ("on_abort", "finally", "recover"):
             if any(cause.startswith("operator") or cause == "resume" for cause in task.held):
-                core.report(Ends(task.id))  # it ends already, but somebody had stopped that
+                core.report(TaskEnds(task.id))  # it ends already, but somebody had stopped that
                 return ""
             raise TaskError("already_ending", f"{order.task} is already ending")
         self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
         core.put_task(task.id, abort_reason=order.reason)
-        core.report(Ends(task.id))
+        core.report(TaskEnds(task.id))
         if not task.stopping and task.section != "recover":
             self._runs.stop(task.id, task.section)
         core.report(StepsStopped(task.id))
@@ -422,7 +422,7 @@ class Tasks:
         """Every machine is home, or quarantined: release and end."""
         core = self._core
         run = core.task(task_id).run
-        core.report(Ends(task_id))
+        core.report(TaskEnds(task_id))
         task = core.task(task_id)
         if task.section == "done" or task.run != run:
             return  # an order that ended with it was the last that it waited for: it has ended by that

@@ -19,7 +19,7 @@ _HELP = "ask for both together, in one with_agents or in agents: they are grante
 
 
 @dataclass(frozen=True, slots=True)
-class Wait:
+class RoleWait:
     """A role that is waited for while another one is held."""
 
     task: str
@@ -55,7 +55,7 @@ def _look_for_branches(steps: tuple[Step, ...], catalogue: Catalogue, problems: 
 
 
 def _check_branches(step: Parallel, catalogue: Catalogue, problems: Problems, told: set[Mark]) -> None:
-    before: list[tuple[int, Wait]] = []
+    before: list[tuple[int, RoleWait]] = []
     for number, branch in enumerate(step.steps, 1):
         mine = list(_waits((branch,), (), "", None, catalogue))
         for wait in mine:
@@ -90,7 +90,7 @@ def check_tasks(tasks: Sequence[Task], catalogue: Catalogue) -> list[Diagnostic]
     return found
 
 
-def _circles(chain: list[Wait], waits: Sequence[Wait]) -> Iterator[list[Wait]]:
+def _circles(chain: list[RoleWait], waits: Sequence[RoleWait]) -> Iterator[list[RoleWait]]:
     """Iterate over the circles that begin with a chain, each task at most once, the shortest first."""
     if len(chain) > 1 and _common(chain[0].held, chain[-1].wanted):
         yield chain
@@ -102,7 +102,7 @@ def _circles(chain: list[Wait], waits: Sequence[Wait]) -> Iterator[list[Wait]]:
             yield from _circles([*chain, wait], waits)
 
 
-def _told(circle: list[Wait]) -> str:
+def _told(circle: list[RoleWait]) -> str:
     parts = []
     for one in circle:
         holds, wants = f"'{one.held.name}'", f"'{one.wanted.name}'"
@@ -112,7 +112,7 @@ def _told(circle: list[Wait]) -> str:
     return "; ".join(parts) + ": possible deadlock"
 
 
-def _of_task(task: Task, catalogue: Catalogue) -> Iterator[Wait]:
+def _of_task(task: Task, catalogue: Catalogue) -> Iterator[RoleWait]:
     held = tuple(role for role in task.roles.values() if _is_scarce(role, catalogue))
     yield from _waits(task.steps, held, task.name, None, catalogue)
 
@@ -124,7 +124,7 @@ def _waits(
     call: Mark | None,
     catalogue: Catalogue,
     outside: int | None = None,
-) -> Iterator[Wait]:
+) -> Iterator[RoleWait]:
     """Iterate over what the steps wait for while they hold something.
 
     `outside`: in a called subtree, how many of those held are the caller's: what is between its own roles, it tells itself.
@@ -137,7 +137,7 @@ def _waits(
             mine = [role for role in step.roles.values() if _is_scarce(role, catalogue)]
             for role in mine:
                 for other in held[:outside]:
-                    yield Wait(task, other, role, call or role.mark)
+                    yield RoleWait(task, other, role, call or role.mark)
             inside = (*held, *mine)
             yield from _waits(step.steps, inside, task, call, catalogue, outside)
         else:

@@ -12,9 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from formiga_bt.base.geo import Position, Region
-from formiga_bt.lang.checks.effort_findings import Told
+from formiga_bt.lang.checks.effort_findings import OncePerMark
 from formiga_bt.lang.checks.known import Names, value_of
-from formiga_bt.lang.checks.spending import Spending, Sum, Where, forget, of_branches
+from formiga_bt.lang.checks.spending import RoleSpending, Sum, Where, forget, of_branches
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
     Ask,
@@ -71,8 +71,8 @@ class _Walk:
         """Seconds after which something around the step ends it."""
         answer = catalogue.actions.get("Confirm")
         self.answer_s = answer.typical_us / 1e6 if answer is not None else 0.0
-        self.spending = Spending(task, catalogue, site)
-        self.told = Told(self.spending, site, self.answer_s, problems)
+        self.spending = RoleSpending(task, catalogue, site)
+        self.told = OncePerMark(self.spending, site, self.answer_s, problems)
 
     # --- values ------------------------------------------------------------------------------------------------
 

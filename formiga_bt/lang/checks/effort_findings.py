@@ -7,7 +7,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Position
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.flight import hovering
-from formiga_bt.lang.checks.spending import Spending, Sum, Where
+from formiga_bt.lang.checks.spending import RoleSpending, Sum, Where
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -21,10 +21,10 @@ from formiga_bt.lang.site.fence import breaks, enters, leaves
 from formiga_bt.lang.text.reading import Problems
 
 
-class Told:
+class OncePerMark:
     """Reports each mark once."""
 
-    def __init__(self, spending: Spending, site: Site | None, answer_s: float, problems: Problems) -> None:
+    def __init__(self, spending: RoleSpending, site: Site | None, answer_s: float, problems: Problems) -> None:
         self._spending = spending
         self._site = site
         self._answer_s = answer_s

@@ -51,7 +51,7 @@ def forget(at: Where, other: Where) -> None:
             at[role] = None
 
 
-class Spending:
+class RoleSpending:
     """What each type that may fill a role of a task uses."""
 
     def __init__(self, task: Task, catalogue: Catalogue, site: Site | None) -> None:

@@ -15,7 +15,7 @@ from formiga_bt.lang.types import ANY, Type
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class BoundCall:
     """A helper with its arguments in order, defaults filled in, and the type of the result."""
 
     helper: Helper
@@ -29,7 +29,7 @@ Problem = tuple[Typed | None, Mismatch]
 
 def bind(
     forms: Sequence[Helper], positional: Sequence[Typed], keywords: dict[str, Typed], scope: Scope
-) -> Bound | Problem:
+) -> BoundCall | Problem:
     """Return the form of a helper that takes these arguments, or the problem of the best of them."""
     best: tuple[int, Problem] | None = None
     for helper in forms:
@@ -38,7 +38,7 @@ def bind(
             rank, problem = 0, _whole(placed)
         else:
             result = _typed(helper, placed, scope)
-            if isinstance(result, Bound):
+            if isinstance(result, BoundCall):
                 return result
             rank, problem = 1, result
         if best is None or rank > best[0]:
@@ -79,7 +79,7 @@ def _place(
     return pairs
 
 
-def _typed(helper: Helper, pairs: list[tuple[Arg, Typed]], scope: Scope) -> Bound | Problem:
+def _typed(helper: Helper, pairs: list[tuple[Arg, Typed]], scope: Scope) -> BoundCall | Problem:
     bound: dict[str, Type] = {}
     for arg, value in pairs:
         why = _unify(arg, arg.type, value, value.type, bound, scope)
@@ -93,7 +93,7 @@ def _typed(helper: Helper, pairs: list[tuple[Arg, Typed]], scope: Scope) -> Boun
             filled = Typed(arg.type, constant(arg.default), 0, 0, "", const=arg.default)
             values.append((order[arg.name], filled))
     args = [value for _, value in sorted(values, key=lambda pair: pair[0])]
-    return Bound(helper, args, _resolve(helper.returns, bound))
+    return BoundCall(helper, args, _resolve(helper.returns, bound))
 
 
 def _unify(arg: Arg, want: Type, value: Typed, have: Type, bound: dict[str, Type], scope: Scope) -> Mismatch | None:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.base.diagnostics import UnknownName
-from formiga_bt.lang.expr.calls import Bound, bind
+from formiga_bt.lang.expr.calls import BoundCall, bind
 from formiga_bt.lang.expr.daytime import TODAY
 from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type
 from formiga_bt.lang.expr.members import FLEET, fleet, read_of, type_read
@@ -27,9 +27,18 @@ from formiga_bt.lang.expr.operators import (
 from formiga_bt.lang.expr.parts import poisoned, reads_of
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope, fields_of
 from formiga_bt.lang.expr.tokens import Parsed
-from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean, sure_of
+from formiga_bt.lang.expr.typed import (
+    ExpressionProblems,
+    Mismatch,
+    Run,
+    Typed,
+    closest,
+    constant,
+    did_you_mean,
+    sure_of,
+)
 from formiga_bt.lang.expr.typing_rules import in_words, literal
-from formiga_bt.lang.model import Read
+from formiga_bt.lang.model import Dependency
 from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type
 
 _FIELD_CODE: Final[Mapping[str, Callable[[Run, str], Run]]] = MappingProxyType(
@@ -42,10 +51,12 @@ _FIELD_CODE: Final[Mapping[str, Callable[[Run, str], Run]]] = MappingProxyType(
 )
 
 
-class Checker(Operands):
+class ExpressionChecker(Operands):
     """Checks one expression in a scope; problems go to `problems`."""
 
-    def __init__(self, parsed: Parsed, scope: Scope, problems: Problems, *, may_be_absent: bool = False) -> None:
+    def __init__(
+        self, parsed: Parsed, scope: Scope, problems: ExpressionProblems, *, may_be_absent: bool = False
+    ) -> None:
         super().__init__(parsed, scope, problems)
         self._told: set[str] = set()
         self._may_be_absent = may_be_absent
@@ -111,7 +122,7 @@ class Checker(Operands):
             what = f"'{name}' may be missing" if reason.code == "E067" else f"'{name}' may be unset here"
             why = f"it is saved only when {reason.saved} ran" if reason.saved else f"test is_set({name})"
             self.bad(node, reason.code, f"{what}: {why}", f"for example: is_set({name}) and ...")
-        return self.part(node, type_, name_code(name), (Read(name),), name=name)
+        return self.part(node, type_, name_code(name), (Dependency(name),), name=name)
 
     def _in_site(self) -> Mapping[str, str]:
         """Return how the places, ports and regions of the site are read, by name."""
@@ -165,10 +176,10 @@ class Checker(Operands):
         code = _FIELD_CODE.get(base.type.name, record_field_code)
         return self.part(node, type_, code(base.run, name), reads)
 
-    def _and_fields(self, reads: tuple[Read, ...], name: str) -> tuple[Read, ...]:
+    def _and_fields(self, reads: tuple[Dependency, ...], name: str) -> tuple[Dependency, ...]:
         """Return what is read of agents: what they are found by, and this field of each of them."""
         owners = {read.name for read in reads if not read.field and (type_read(read) or self._holds_agents(read.name))}
-        return tuple(dict.fromkeys((*reads, *(Read(owner, name) for owner in sorted(owners)))))
+        return tuple(dict.fromkeys((*reads, *(Dependency(owner, name) for owner in sorted(owners)))))
 
     def _of_site(self, owner: str, name: str) -> object | None:
         """Return the value of `site.places.camp` where the site file is known."""
@@ -247,7 +258,7 @@ class Checker(Operands):
         if token.kind != "name" or not forms:
             return self._unknown_helper(node, token.text, reads_of(parts))
         bound = bind(forms, positional, keywords, self.scope)
-        if not isinstance(bound, Bound):
+        if not isinstance(bound, BoundCall):
             part, why = bound
             if part is None:
                 return self.bad(node, why.code, why.message, why.mend, reads=reads_of(parts))
@@ -279,7 +290,7 @@ class Checker(Operands):
         of = str(text)
         return self.part(node, type_of(of, self.scope), lambda env: fleet(env, of), (read_of(of),))
 
-    def _unknown_helper(self, node: ast.Call, name: str, reads: tuple[Read, ...]) -> Typed:
+    def _unknown_helper(self, node: ast.Call, name: str, reads: tuple[Dependency, ...]) -> Typed:
         start, end = self.parsed.span(node.func)
         names = self.scope.helpers.names()
         near = closest(name, names)
@@ -299,4 +310,4 @@ class Checker(Operands):
         name = token.text
         if self.scope.type_of(name) is None:
             return self._unknown_name(argument, name)
-        return self.part(node, BOOL, lambda env: env.is_set(name), (Read(name),))
+        return self.part(node, BOOL, lambda env: env.is_set(name), (Dependency(name),))

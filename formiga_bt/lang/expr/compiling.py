@@ -7,11 +7,11 @@ from typing import Any
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.expr.at_run import guarded, is_open, named, of_type
-from formiga_bt.lang.expr.checker import Checker
+from formiga_bt.lang.expr.checker import ExpressionChecker
 from formiga_bt.lang.expr.instants import deadlines
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
-from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, mismatch, never
+from formiga_bt.lang.expr.typed import ExpressionProblems, Mismatch, Run, Typed, mismatch, never
 from formiga_bt.lang.expr.typing_rules import fits, in_words, widen
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.text.document import Node, Scalar
@@ -49,14 +49,14 @@ def compile_expr(
     Returns:
         The expression and the problems; with problems its type is ANY and it must not be run.
     """
-    problems = Problems(at, offset)
+    problems = ExpressionProblems(at, offset)
     mark = at.mark_at(offset, offset + len(source))
     try:
         parsed = parse_expression(source)
     except ExprSyntax as bad:
         problems.report(bad.code, bad.start, bad.end, bad.message, bad.mend, mended=bad.mended)
         return Expr(source, ANY, mark, never), problems.found
-    checker = Checker(parsed, scope, problems, may_be_absent=optional)
+    checker = ExpressionChecker(parsed, scope, problems, may_be_absent=optional)
     part = checker.check()
     if not problems.found and expected is not None and not fits(part.type, expected, scope.agent_types):
         why = _mismatch(part, expected, scope, what)

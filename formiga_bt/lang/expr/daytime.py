@@ -12,9 +12,9 @@ from zoneinfo import ZoneInfo
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place
 from formiga_bt.base.sun import daylight
-from formiga_bt.lang.model import Env, EvalError, Read, Unset
+from formiga_bt.lang.model import Dependency, Env, EvalError, Unset
 
-TODAY: Final = Read("today")
+TODAY: Final = Dependency("today")
 """What an expression reads that depends on the day of `now`, and on nothing else of it."""
 
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)

@@ -17,7 +17,7 @@ from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expr.parts import NOW, Compared, Parts
 from formiga_bt.lang.expr.tokens import Parsed
 from formiga_bt.lang.expr.typed import Run
-from formiga_bt.lang.model import Env, EvalError, Read, UnknownState, Unset
+from formiga_bt.lang.model import Dependency, Env, EvalError, UnknownState, Unset
 from formiga_bt.lang.types import AgentRef, Value
 
 _CONSTANT_FIELDS: Final = frozenset({"", "id", "type"})
@@ -27,7 +27,7 @@ _SUCH_AS: Final = "such as: now > t, or now - t > 5 min, with a t that stays the
 Instant = Callable[[Env], Micros]
 
 
-def deadlines(checker: Parts, reads: Iterable[Read], volatile: frozenset[str]) -> tuple[Instant, ...]:
+def deadlines(checker: Parts, reads: Iterable[Dependency], volatile: frozenset[str]) -> tuple[Instant, ...]:
     """Return the instants of a checked condition, having reported E068 for what has none.
 
     Args:

@@ -21,7 +21,7 @@ from formiga_bt.lang.expr.misread import look_alike, meant_by
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope
 from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, fits, in_words
-from formiga_bt.lang.model import Env, EvalError, Expr, Read
+from formiga_bt.lang.model import Dependency, Env, EvalError, Expr
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
 
@@ -198,7 +198,7 @@ def _local(node: Scalar, local: datetime, scope: Scope, expected: Type) -> Resul
     """A moment without a zone, as people at the site write it; without a site file it is found when the task runs."""
     if scope.site is None:
         run = named(lambda env: at_site_of(env, local), node.text.strip(), node.mark)
-        return Expr(node.text, expected, node.mark, run, (Read("site"),)), []
+        return Expr(node.text, expected, node.mark, run, (Dependency("site"),)), []
     try:
         return literal_expr(node, expected, at_site(local, scope.site.timezone)), []
     except EvalError as error:
@@ -212,7 +212,7 @@ def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result
         return _not_so(node, scope, expected, what)
     if scope.site is None:
         return Expr(
-            node.text, expected, node.mark, named(_lookup("places", word), word, node.mark), (Read("site"),)
+            node.text, expected, node.mark, named(_lookup("places", word), word, node.mark), (Dependency("site"),)
         ), []
     if word in scope.site.places:
         return _of_site(node, expected, scope.site.places[word], word)
@@ -235,7 +235,7 @@ def _region_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Resul
         return _not_so(node, scope, expected, what)
     if scope.site is None:
         return Expr(
-            node.text, expected, node.mark, named(_lookup("regions", word), word, node.mark), (Read("site"),)
+            node.text, expected, node.mark, named(_lookup("regions", word), word, node.mark), (Dependency("site"),)
         ), []
     if word in scope.site.regions:
         return literal_expr(node, expected, scope.site.regions[word]), []

@@ -10,19 +10,19 @@ from typing import Any, Final
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.shapes import between
-from formiga_bt.lang.model import Env, EvalError, Read, UnknownState
+from formiga_bt.lang.model import Dependency, Env, EvalError, UnknownState
 from formiga_bt.lang.types import AgentRef
 
 FLEET: Final = "fleet"
 """The name of the helper."""
 
 
-def read_of(agent_type: str) -> Read:
+def read_of(agent_type: str) -> Dependency:
     """Return what an expression reads that depends on which agents of a type there are."""
-    return Read(f"{FLEET}('{agent_type}')")
+    return Dependency(f"{FLEET}('{agent_type}')")
 
 
-def type_read(read: Read) -> str:
+def type_read(read: Dependency) -> str:
     """Return the agent type of `fleet('picker')`, or "" where something else is read."""
     return read.name[len(FLEET) + 2 : -2] if read.name.startswith(f"{FLEET}('") else ""
 

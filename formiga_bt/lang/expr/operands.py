@@ -10,7 +10,7 @@ from formiga_bt.lang.expr.operators import SYMBOLS, all_code, any_code, arithmet
 from formiga_bt.lang.expr.parts import NOW, Compared, Parts, facts, reads_of
 from formiga_bt.lang.expr.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, sure_of, unit_choices
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, arithmetic, comparable, in_words, is_truth, join, never_equal
-from formiga_bt.lang.model import Read
+from formiga_bt.lang.model import Dependency
 from formiga_bt.lang.types import ANY, BOOL, Type, list_of
 
 
@@ -104,7 +104,7 @@ class Operands(Parts):
         c, a, b = test.run, then.run, other.run
         return self.made(node, type_, lambda env: a(env) if c(env) else b(env), parts)
 
-    def _disagree(self, node: ast.expr, parts: list[Typed], said: str, reads: tuple[Read, ...]) -> Typed:
+    def _disagree(self, node: ast.expr, parts: list[Typed], said: str, reads: tuple[Dependency, ...]) -> Typed:
         """Report values that should be of one type: a unit or a height is missing more often than a type is wrong."""
         first, second = parts
         for part, other in ((second, first), (first, second)):

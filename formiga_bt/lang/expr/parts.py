@@ -13,13 +13,13 @@ from typing import Any, Final
 from formiga_bt.base.diagnostics import About
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import Parsed
-from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, constant, never
-from formiga_bt.lang.model import EvalError, Read
+from formiga_bt.lang.expr.typed import ExpressionProblems, Mismatch, Run, Typed, constant, never
+from formiga_bt.lang.model import Dependency, EvalError
 from formiga_bt.lang.types import ANY, Type
 
 Names = frozenset[str]
 NO_NAMES: Final[Names] = frozenset()
-NOW: Final = Read("now")
+NOW: Final = Dependency("now")
 
 
 def facts(node: ast.AST, parsed: Parsed) -> tuple[Names, Names]:
@@ -45,7 +45,7 @@ def poisoned(*parts: Typed) -> bool:
     return any(part.run is never for part in parts)
 
 
-def reads_of(parts: Iterable[Typed]) -> tuple[Read, ...]:
+def reads_of(parts: Iterable[Typed]) -> tuple[Dependency, ...]:
     """Return what the parts read, each once, in order."""
     return tuple(dict.fromkeys(read for part in parts for read in part.reads))
 
@@ -64,7 +64,7 @@ class Compared:
 class Parts(ABC):
     """What one check works with, and how it makes parts; problems go to `problems`."""
 
-    def __init__(self, parsed: Parsed, scope: Scope, problems: Problems) -> None:
+    def __init__(self, parsed: Parsed, scope: Scope, problems: ExpressionProblems) -> None:
         self.parsed = parsed
         self.scope = scope
         self.problems = problems
@@ -87,7 +87,7 @@ class Parts(ABC):
         mend: str = "",
         *,
         mended: str | None = None,
-        reads: tuple[Read, ...] = (),
+        reads: tuple[Dependency, ...] = (),
         about: About | None = None,
     ) -> Typed:
         """Report a problem at a node and return poison."""
@@ -95,11 +95,11 @@ class Parts(ABC):
         self.problems.report(code, start, end, message, mend, mended=mended, about=about)
         return self.poison(node, reads)
 
-    def poison(self, node: ast.AST, reads: tuple[Read, ...] = ()) -> Typed:
+    def poison(self, node: ast.AST, reads: tuple[Dependency, ...] = ()) -> Typed:
         """Return a part that was refused."""
         return self.part(node, ANY, never, reads)
 
-    def part(self, node: ast.AST, type_: Type, run: Run, reads: tuple[Read, ...] = (), **more: Any) -> Typed:
+    def part(self, node: ast.AST, type_: Type, run: Run, reads: tuple[Dependency, ...] = (), **more: Any) -> Typed:
         """Make a part of a node."""
         self.loose = self.loose or (type_.name == "any" and run is not never)
         start, end = self.parsed.span(node)

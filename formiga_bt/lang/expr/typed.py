@@ -14,7 +14,7 @@ from formiga_bt.base.diagnostics import About, Diagnostic, Fix, OnGround
 from formiga_bt.base.units import LIKELY
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typing_rules import NUMBERS, QUANTITIES, in_words
-from formiga_bt.lang.model import NOT_CONST, Env, Read
+from formiga_bt.lang.model import NOT_CONST, Dependency, Env
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.synonyms import is_sure
 from formiga_bt.lang.types import ANY, TEXT, Type
@@ -35,7 +35,7 @@ class Typed:
     start: int
     end: int
     source: str
-    reads: tuple[Read, ...] = ()
+    reads: tuple[Dependency, ...] = ()
     const: Any = NOT_CONST
     literal: str = ""
     """`number`, `quantity` or `text` if it is a literal as written, with or without a sign."""
@@ -58,7 +58,7 @@ def never(_env: Env) -> Any:
     raise AssertionError("a refused expression was run")
 
 
-class Problems:
+class ExpressionProblems:
     """Collects the diagnostics of one expression, found at `at.text[offset:]`."""
 
     def __init__(self, at: Scalar, offset: int) -> None:

@@ -16,7 +16,7 @@ from formiga_bt.lang.expr.literals import EXAMPLES, Result, due, literal_expr, r
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typed import did_you_mean
 from formiga_bt.lang.expr.typing_rules import fits, in_words, join
-from formiga_bt.lang.model import Env, Expr, Read
+from formiga_bt.lang.model import Dependency, Env, Expr
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.types import ANY, DISTANCE, NUMBER, PLACE, POSITION, TEXT, Type, list_of
 
@@ -104,7 +104,9 @@ def _mapping(node: Mapping_, scope: Scope, expected: Type, what: str) -> Result:
     return _point(node, expected, parts, reads, scope, degrees=degrees), []
 
 
-def _point(node: Node, type_: Type, parts: list[Expr], reads: tuple[Read, ...], scope: Scope, *, degrees: bool) -> Expr:
+def _point(
+    node: Node, type_: Type, parts: list[Expr], reads: tuple[Dependency, ...], scope: Scope, *, degrees: bool
+) -> Expr:
     frame = Frame(scope.site.lat, scope.site.lng) if degrees and scope.site is not None else None
 
     def run(env: Env) -> Any:

@@ -23,7 +23,7 @@ _PATH_STEP: Final = re.compile(r"[A-Za-z_]\w*")
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class JsonProblem:
     """A problem and where it stands in the JSON: `$.steps[0].to`."""
 
     path: str
@@ -36,7 +36,7 @@ class LoadedJson:
     """What became of a task in JSON form."""
 
     task: Task | None
-    problems: list[Problem]
+    problems: list[JsonProblem]
     yaml: str
     """The file that it means; empty if the JSON cannot be read at all."""
 
@@ -74,7 +74,7 @@ def load_task_json(
     for found in loaded.diagnostics:
         inside = found.mark.file == name
         path = paths.get(found.mark.line, "$") if inside else str(found.mark)
-        problems.append(Problem(path, found))
+        problems.append(JsonProblem(path, found))
     return LoadedJson(loaded.task, problems, text)
 
 
@@ -87,7 +87,7 @@ class FormError(ValueError):
 
 
 def _unreadable(message: str, name: str, path: str = "$") -> LoadedJson:
-    return LoadedJson(None, [Problem(path, Diagnostic("E008", Mark(name, 1, 1), message))], "")
+    return LoadedJson(None, [JsonProblem(path, Diagnostic("E008", Mark(name, 1, 1), message))], "")
 
 
 def to_yaml(data: Mapping[str, Any]) -> tuple[str, dict[int, str]]:

@@ -5,13 +5,21 @@ interpreter of the tests. All names are imported from here; the parts are `expr`
 and `world` (catalogue and site).
 """
 
-from formiga_bt.lang.model.expr import NOT_CONST, Env, EvalError, Expr, Read, UnknownState, Unset, why_not_computed
+from formiga_bt.lang.model.expr import (
+    NOT_CONST,
+    Dependency,
+    Env,
+    EvalError,
+    Expr,
+    UnknownState,
+    Unset,
+    why_not_computed,
+)
 from formiga_bt.lang.model.needs import Param, Role, Room, Some
 from formiga_bt.lang.model.steps import (
     Ask,
     BreakIf,
     Call,
-    Case,
     Check,
     Do,
     Fail,
@@ -30,6 +38,7 @@ from formiga_bt.lang.model.steps import (
     Step,
     Subtree,
     Switch,
+    SwitchCase,
     Wait,
     WaitFor,
     WaitUntil,
@@ -58,9 +67,9 @@ __all__ = [
     "Ask",
     "BreakIf",
     "Call",
-    "Case",
     "Catalogue",
     "Check",
+    "Dependency",
     "Do",
     "Env",
     "EvalError",
@@ -76,7 +85,6 @@ __all__ = [
     "Parallel",
     "Param",
     "Port",
-    "Read",
     "Release",
     "Request",
     "Retry",
@@ -90,6 +98,7 @@ __all__ = [
     "Step",
     "Subtree",
     "Switch",
+    "SwitchCase",
     "Task",
     "UnknownState",
     "Unset",

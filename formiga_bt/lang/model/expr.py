@@ -99,7 +99,7 @@ class Env(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Read:
+class Dependency:
     """Something an expression depends on: a name, or a field of the agent that a name stands for."""
 
     name: str
@@ -122,7 +122,7 @@ class Expr:
     type: Type
     mark: Mark
     run: Callable[[Env], Any] = field(compare=False)
-    reads: tuple[Read, ...] = ()
+    reads: tuple[Dependency, ...] = ()
     deadlines: tuple[Callable[[Env], Micros], ...] = field(default=(), compare=False)
     """Of a live condition that uses `now`: the instants (engine time) at which a comparison with `now` changes."""
     const: Any = field(default=NOT_CONST, compare=False)

@@ -265,7 +265,7 @@ class If(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class SwitchCase:
     """One value of a `switch`, and its steps (segments `case0[i]`, `case1[i]` for the next one)."""
 
     value: str | int
@@ -281,7 +281,7 @@ class Switch(Step):
     """
 
     on: Expr
-    cases: tuple[Case, ...]
+    cases: tuple[SwitchCase, ...]
     default: tuple[Step, ...] = ()
 
     @property

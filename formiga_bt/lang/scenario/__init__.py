@@ -38,7 +38,7 @@ from formiga_bt.lang.scenario.entries import (
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.options import FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
-from formiga_bt.lang.scenario.requests import Requests
+from formiga_bt.lang.scenario.requests import RequestReader
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import surely
 
@@ -116,7 +116,7 @@ def _read(
     book = Book(problems, sources, keys, catalogue, site, folders)
     seed, wind = keys.whole("seed"), keys.inside("wind", WIND, "the wind")
     agents = read_agents(book)
-    asked = Requests(book, own_tasks(where))
+    asked = RequestReader(book, own_tasks(where))
     requests = asked.read()
     faults = read_faults(book)
     orders = read_orders(book, asked.tasks)

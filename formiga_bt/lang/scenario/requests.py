@@ -20,7 +20,7 @@ from formiga_bt.lang.text.reading import did_you_mean, fix_word, plain, quoted_l
 from formiga_bt.lang.text.synonyms import surely
 
 
-class Requests:
+class RequestReader:
     """Reads the tasks of one scenario; `tasks` are those it names and those they request, by name (None: one with errors).
 
     Args:

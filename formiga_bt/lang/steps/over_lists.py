@@ -9,7 +9,7 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.expr.typing_rules import in_words
-from formiga_bt.lang.flow import Around, Flow, Named
+from formiga_bt.lang.flow import Around, Flow, NamedValue
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import is_free
@@ -176,13 +176,13 @@ def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], mark: Mark)
     for name in new:
         expr, entry = lists[name]
         item = expr.type.item or ANY
-        body.names[name] = Named(item, entry.key.mark, "loop name")
+        body.names[name] = NamedValue(item, entry.key.mark, "loop name")
         if item.name == "agent":
             roles = tuple(read.name for read in expr.reads if not read.field and _is_agents(body, read.name))
             body.agents[name] = item.of or _common(body, roles)
             body.items[name] = roles
             of = Type("agent", of=body.agents[name], foreign=item.foreign)
-            body.names[name] = Named(of, entry.key.mark, "loop name")
+            body.names[name] = NamedValue(of, entry.key.mark, "loop name")
     try:
         yield
     finally:
@@ -243,7 +243,7 @@ def _collect(body: Body, node: Node, entry: Flow, end: Flow) -> str:
         )
         body.used.add(at.text)
         return ""
-    gathered = Named(list_of(named.type), at.mark, "saved")
+    gathered = NamedValue(list_of(named.type), at.mark, "saved")
     body.every[at.text] = body.flow.saved[at.text] = gathered
     body.used.discard(at.text)
     body.gone.pop(at.text, None)

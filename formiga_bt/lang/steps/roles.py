@@ -9,7 +9,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expressions import compile_value, plain_name
-from formiga_bt.lang.flow import Named
+from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.model import Expr, Role, Room, Some
@@ -38,7 +38,7 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
         expr = body.value(entries[name].value, ANY, name)
         _check_admission(body, expr, name)
         found[name] = expr
-        body.define(name, Named(expr.type, entries[name].key.mark, "var"))
+        body.define(name, NamedValue(expr.type, entries[name].key.mark, "var"))
         length = length_of(body, expr, entries[name].value)
         if length is not None:
             body.lengths[name] = length
@@ -84,7 +84,7 @@ def _report_circle(body: Body, entries: Mapping[str, Entry], rest: list[str]) ->
     """Report E019 for vars that need one another; they count as used and have any type."""
     names = sorted(rest)
     for name in names:
-        body.define(name, Named(ANY, entries[name].key.mark, "var"))
+        body.define(name, NamedValue(ANY, entries[name].key.mark, "var"))
     mark = entries[rest[0]].key.mark
     shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     body.problems.add("E019", mark, f"these vars need one another: {shown}", "break the circle")
@@ -184,7 +184,7 @@ def _declare(body: Body, entries: tuple[Entry, ...]) -> None:
                 words = read_words(keys["any_of"], body.problems, "any_of")
                 types = read_agent_types(words, body.world.catalogue.types, body.problems)
         body.agents[at.text] = types
-        body.define(at.text, Named(Type("agent", of=types), at.mark, "role"))
+        body.define(at.text, NamedValue(Type("agent", of=types), at.mark, "role"))
 
 
 def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
@@ -292,10 +292,10 @@ def _read_count(body: Body, keys: Mapping[str, Entry], name: str) -> int | Some 
     else:
         count = _read_number(body, node, "count", _COUNTS)
     if count is None:
-        body.define(name, Named(ANY, body.names[name].mark, "role"))
+        body.define(name, NamedValue(ANY, body.names[name].mark, "role"))
         return None
     body.lists[name] = count if isinstance(count, int) else 0
-    body.define(name, Named(list_of(Type("agent", of=body.agents[name])), body.names[name].mark, "role"))
+    body.define(name, NamedValue(list_of(Type("agent", of=body.agents[name])), body.names[name].mark, "role"))
     return count
 
 

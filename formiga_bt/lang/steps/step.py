@@ -15,7 +15,7 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Option, StepKind
 from formiga_bt.lang.model import (
     Ask,
     BreakIf,
@@ -172,13 +172,13 @@ def _report_no_mapping(body: Body, node: Node) -> None:
     body.problems.add("E005", node.mark, what, f"write: {mended}" if mended else "", fix)
 
 
-def _label(node: Mapping_, kind: Kind) -> str:
+def _label(node: Mapping_, kind: StepKind) -> str:
     entry = node.get("name") or (node.get(kind.name) if kind.name in ("do", "call") else None)
     value = entry.value if entry is not None else None
     return shorten(value.text) if isinstance(value, Scalar) and value.text else kind.name
 
 
-def _find_kind(body: Body, node: Mapping_) -> Kind | None:
+def _find_kind(body: Body, node: Mapping_) -> StepKind | None:
     """Return the step's one kind, if this version has it."""
     present = [entry for entry in node.entries if entry.key.text in KINDS]
     options = {option.name for entry in present for option in KINDS[entry.key.text].options}
@@ -262,7 +262,7 @@ def _fix_kind(node: Mapping_, key: Scalar, meant: str) -> Fix | None:
 # --- modifiers ---------------------------------------------------------------------------------------------------
 
 
-def _read_modified(body: Body, keys: Keys, kind: Kind, seg: str) -> Step | None:
+def _read_modified(body: Body, keys: Keys, kind: StepKind, seg: str) -> Step | None:
     """Read when( ignore_failure( timeout( retry( step)))), and follow the names through it."""
     entry = body.flow.copy()
     entry.dead = False

@@ -12,7 +12,7 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.keyed import Keys
-from formiga_bt.lang.model import Case, Expr, Step
+from formiga_bt.lang.model import Expr, Step, SwitchCase
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Mapping_
@@ -29,7 +29,7 @@ def read_switch(read: Readers, body: Body, keys: Keys) -> Part | None:
     on = _read_value(body, keys["switch"])
     entry = body.flow.copy()
     ends: list[Flow] = []
-    cases: list[Case] = []
+    cases: list[SwitchCase] = []
     mapping = read_mapping(keys["cases"].value, body.problems, "cases") if "cases" in keys else None
     for index, one in enumerate(mapping.entries if mapping is not None else ()):
         value = _case(body, one, on, cases)
@@ -37,7 +37,7 @@ def read_switch(read: Readers, body: Body, keys: Keys) -> Part | None:
         steps = read.steps(body, one.value, f"case{index}", one.key.text)
         ends.append(body.flow)
         if value is not None:
-            cases.append(Case(value, one.key.mark, steps))
+            cases.append(SwitchCase(value, one.key.mark, steps))
     default: tuple[Step, ...] = ()
     if "default" in keys:
         body.flow = entry.copy()
@@ -67,7 +67,7 @@ def _read_value(body: Body, entry: Entry) -> Expr | None:
     return expr
 
 
-def _case(body: Body, entry: Entry, on: Expr | None, before: list[Case]) -> str | int | None:
+def _case(body: Body, entry: Entry, on: Expr | None, before: list[SwitchCase]) -> str | int | None:
     """Return the value that a case names; None (reported) if it is impossible or was named before."""
     key = entry.key
     if on is None:
@@ -95,7 +95,7 @@ def _case(body: Body, entry: Entry, on: Expr | None, before: list[Case]) -> str 
     return value
 
 
-def _check_complete(body: Body, on: Expr, cases: list[Case], keys: Keys, mapping: Mapping_) -> None:
+def _check_complete(body: Body, on: Expr, cases: list[SwitchCase], keys: Keys, mapping: Mapping_) -> None:
     """Report E047 for an enum's value without a case, for an open type without a default, for a default too many."""
     named = {case.value for case in cases}
     mark, values = keys["switch"].key.mark, _values(on.type)

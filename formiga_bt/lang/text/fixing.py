@@ -19,7 +19,7 @@ Check = Callable[[str], Iterable[Diagnostic]]
 
 
 @dataclass(frozen=True, slots=True)
-class Mended:
+class FixedFile:
     """What became of a file."""
 
     text: str
@@ -29,7 +29,7 @@ class Mended:
     """The problems that the new text has."""
 
 
-def mend(text: str, file: str, check: Check) -> Mended:
+def mend(text: str, file: str, check: Check) -> FixedFile:
     """Apply fixes until there is none.
 
     Args:
@@ -51,8 +51,8 @@ def mend(text: str, file: str, check: Check) -> Mended:
         applied += done
         left = _of(check(mark + text), file)
     if parse(original, file)[0] is not None and parse(text, file)[0] is None:  # a mend that nobody foresaw: let it be
-        return Mended(mark + original, (), tuple(first))
-    return Mended(mark + text, tuple(applied), tuple(left))
+        return FixedFile(mark + original, (), tuple(first))
+    return FixedFile(mark + text, tuple(applied), tuple(left))
 
 
 def _of(found: Iterable[Diagnostic], file: str) -> list[Diagnostic]:

@@ -16,7 +16,7 @@ from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, SUBTREE, TASK
 from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.text.layout import Element, Layout, read_layout
+from formiga_bt.lang.text.layout import Layout, LayoutItem, read_layout
 from formiga_bt.lang.text.reading import IDENTIFIER
 
 WIDTH: Final = 128
@@ -79,7 +79,9 @@ class _Writer:
         """Return the one line of an empty file of `{}` or `[]`."""
         return [] if _size(root) else [*self._layout.first, "{}" if isinstance(root, Mapping_) else "[]"]
 
-    def block(self, elements: list[Element], indent: int, path: tuple[str, ...], *, first: bool = False) -> list[str]:
+    def block(
+        self, elements: list[LayoutItem], indent: int, path: tuple[str, ...], *, first: bool = False
+    ) -> list[str]:
         """Return the lines of the entries or items of one collection."""
         lines: list[str] = []
         for index, one in enumerate(elements):
@@ -89,7 +91,7 @@ class _Writer:
             lines += _comment_lines(one.after, indent)
         return lines
 
-    def _before(self, one: Element) -> list[str]:
+    def _before(self, one: LayoutItem) -> list[str]:
         """Return the comments above an element: of an item, also those above its first key."""
         if one.key is None and one.children and not self._stays(one, 0, ()):
             inner = one.children[0]
@@ -97,7 +99,7 @@ class _Writer:
             return [*one.before, *more]
         return one.before
 
-    def _element(self, one: Element, indent: int, path: tuple[str, ...]) -> list[str]:
+    def _element(self, one: LayoutItem, indent: int, path: tuple[str, ...]) -> list[str]:
         pad = " " * indent
         if one.key is not None:
             path = (*path, one.key.text)
@@ -114,7 +116,7 @@ class _Writer:
             lines[0] = lines[0].ljust(max(len(lines[0]) + 2, one.trailing_col - 1)) + one.trailing
         return lines
 
-    def _value(self, one: Element, indent: int, path: tuple[str, ...]) -> list[str]:
+    def _value(self, one: LayoutItem, indent: int, path: tuple[str, ...]) -> list[str]:
         """Return the lines of a value; the first is what follows `key:` or `-`."""
         node = one.node
         if isinstance(node, Scalar):
@@ -127,7 +129,7 @@ class _Writer:
 
     # --- flow style ----------------------------------------------------------------------------------------------
 
-    def _stays(self, one: Element, indent: int, path: tuple[str, ...]) -> bool:
+    def _stays(self, one: LayoutItem, indent: int, path: tuple[str, ...]) -> bool:
         """Return whether a collection in `[ ]` or `{ }` stays as it is, on one line."""
         node = one.node
         if isinstance(node, Scalar) or not self._is_flow(node) or self._layout.has_comment_inside(node):
@@ -240,7 +242,7 @@ def _has_gap(node: Node) -> bool:
     return any(map(_has_gap, _inside(node)))
 
 
-def _has_after(one: Element) -> bool:
+def _has_after(one: LayoutItem) -> bool:
     """Return whether a comment belongs behind an element or one inside it."""
     return bool(one.after) or any(_has_after(child) for child in one.children)
 

@@ -1,6 +1,6 @@
 """What a document's nodes do not hold: its comments and blank lines, and where they belong.
 
-Each key and each list item is an `Element`. A comment at the end of a line belongs to the outermost element that begins on
+Each key and each list item is an `LayoutItem`. A comment at the end of a line belongs to the outermost element that begins on
 that line; one on a line of its own belongs to the next element, or, indented deeper than that, after the one it follows.
 Called by `formatting`.
 """
@@ -16,24 +16,24 @@ _HEADER = re.compile(r"[|>][0-9+-]*")
 
 
 @dataclass(slots=True, eq=False)
-class Element:
+class LayoutItem:
     """A key with its value, or a list item (`key` is None). Lines and columns are 1-based, of the source."""
 
     key: Scalar | None
     node: Node
     line: int
     col: int
-    parent: "Element | None"
+    parent: "LayoutItem | None"
     before: list[str] = field(default_factory=list)
     """Comments above it, each with its `#`; an empty text is a blank line."""
     after: list[str] = field(default_factory=list)
     """Comments below it that are indented like it."""
     trailing: str = ""
     trailing_col: int = 0
-    children: list["Element"] = field(default_factory=list)
+    children: list["LayoutItem"] = field(default_factory=list)
 
     @property
-    def open(self) -> Iterator["Element"]:
+    def open(self) -> Iterator["LayoutItem"]:
         """Iterate over this element and those around it."""
         yield self
         if self.parent is not None:
@@ -45,7 +45,7 @@ class Layout:
     """A document with its comments."""
 
     lines: list[str]
-    roots: list[Element]
+    roots: list[LayoutItem]
     comments: dict[int, int]
     """Line -> column of the `#`, 1-based."""
     first: list[str]
@@ -82,16 +82,16 @@ def read_layout(source: str, root: Node) -> Layout:
     return layout
 
 
-def _elements(node: Node, parent: Element | None, lines: list[str]) -> list[Element]:
-    found: list[Element] = []
+def _elements(node: Node, parent: LayoutItem | None, lines: list[str]) -> list[LayoutItem]:
+    found: list[LayoutItem] = []
     if isinstance(node, Mapping_):
         for entry in node.entries:
-            found.append(Element(entry.key, entry.value, entry.key.mark.line, entry.key.mark.col, parent))
+            found.append(LayoutItem(entry.key, entry.value, entry.key.mark.line, entry.key.mark.col, parent))
     elif isinstance(node, Listing):
         for item in node.items:
             before = lines[item.mark.line - 1][: item.mark.col - 1].rstrip() if item.mark.line <= len(lines) else ""
             col = len(before) if before.endswith("-") else item.mark.col
-            found.append(Element(None, item, item.mark.line, col, parent))
+            found.append(LayoutItem(None, item, item.mark.line, col, parent))
     for one in found:
         one.children = _elements(one.node, one, lines)
     return found
@@ -133,7 +133,7 @@ def _comment_at(line: str, taken: "list[tuple[int, int]] | tuple[()]") -> int:
     return 0
 
 
-def _walk(elements: list[Element]) -> Iterator[Element]:
+def _walk(elements: list[LayoutItem]) -> Iterator[LayoutItem]:
     for one in elements:
         yield one
         yield from _walk(one.children)
@@ -171,7 +171,7 @@ def _attach(layout: Layout, taken: dict[int, list[tuple[int, int]]]) -> None:
         layout.first = [text for text, _ in gap if text]
 
 
-def _ending(before: list[Element], line: int, lines: list[str]) -> Element | None:
+def _ending(before: list[LayoutItem], line: int, lines: list[str]) -> LayoutItem | None:
     """Return the outermost element that began on an earlier line and whose scalar, or `]` or `}`, ends on this one.
 
     A collection in block style ends with its last line only where the file does; what stands there is not about all of it.
@@ -179,13 +179,13 @@ def _ending(before: list[Element], line: int, lines: list[str]) -> Element | Non
     return next((one for one in before if one.line < line == one.node.mark.end_line and _is_written(one, lines)), None)
 
 
-def _is_written(one: Element, lines: list[str]) -> bool:
+def _is_written(one: LayoutItem, lines: list[str]) -> bool:
     """Return whether an element's value is a scalar, or stands in `[ ]` or `{ }`."""
     mark = one.node.mark
     return isinstance(one.node, Scalar) or lines[mark.line - 1][mark.col - 1 : mark.col] in ("{", "[")
 
 
-def _split(gap: list[tuple[str, int]], follows: Element | None, next_: Element | None) -> None:
+def _split(gap: list[tuple[str, int]], follows: LayoutItem | None, next_: LayoutItem | None) -> None:
     """Give the lines of a gap to the elements before it, as far as they are indented like them, and to the next one.
 
     A comment that is indented deeper than one above it goes where that one went: they keep their order.

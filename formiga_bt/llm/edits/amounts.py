@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case, Edited, Found, Step, after, is_so, put, steps_of
+from formiga_bt.llm.edits.steps import EditCase, Edited, Found, Step, after, is_so, put, steps_of
 from formiga_bt.llm.edits.who import who
 from formiga_bt.llm.judging.heights import is_height
 from formiga_bt.llm.words.amounts import Amount
@@ -23,7 +23,7 @@ _STAYS: Final = re.compile(
 _EACH: Final = re.compile(r"\s*(?:\w+\s+){0,2}?(?:each|every|cada)\b|\s*at (?:both|all)\b", re.IGNORECASE)
 
 
-def with_height(case: Case) -> Iterator[Edited]:
+def with_height(case: EditCase) -> Iterator[Edited]:
     """Flights of an assumed height have the one that the request says; of several, the flight to the place beside it."""
     amount = _amount(case, "distance")
     heights = [one for one in case.words.amounts if one.type == "distance" and is_height(case.words, one)]
@@ -48,7 +48,7 @@ def with_height(case: Case) -> Iterator[Edited]:
     yield tree, f"the height is {height}, as the request says"
 
 
-def _with_height_there(case: Case, amount: Amount) -> Iterator[Edited]:
+def _with_height_there(case: EditCase, amount: Amount) -> Iterator[Edited]:
     """Give the one flight to the place that stands beside a height this height: `to the camp at 20 m`."""
     words, high = re.escape(amount.words), r"(?:(?:a|an|una?)\s+(?:height|altitude|altura|altitud)\s+(?:of|de)\s+)?"
     beside = [
@@ -71,7 +71,7 @@ def _with_height_there(case: Case, amount: Amount) -> Iterator[Edited]:
         )
 
 
-def with_stay(case: Case) -> Iterator[Edited]:
+def with_stay(case: EditCase) -> Iterator[Edited]:
     """A pause of an assumed length is as long as the request says; the one flight without a pause gets it."""
     amount = _amount(case, "duration")
     if amount is None or not _is_stay(case, amount):
@@ -100,13 +100,13 @@ def _all(tree: Mapping[str, Any], found: list[Found], step: Step) -> Mapping[str
     return tree
 
 
-def _amount(case: Case, type_: str) -> Amount | None:
+def _amount(case: EditCase, type_: str) -> Amount | None:
     """Return the amount that no value has, if the request says it once."""
     found = [one for one in case.words.amounts if one.words == case.wrong.about and one.type == type_]
     return found[0] if len(found) == 1 else None
 
 
-def _is_stay(case: Case, amount: Amount) -> bool:
+def _is_stay(case: EditCase, amount: Amount) -> bool:
     """Return whether an amount says how long a machine stays at a place: `stays there for 30 s`."""
     text = case.words.text
     begin = amount.at
@@ -115,5 +115,5 @@ def _is_stay(case: Case, amount: Amount) -> bool:
     return is_long is not None and _STAYS.search(text, since, begin) is not None
 
 
-def _is_said(case: Case, step: Step) -> bool:
+def _is_said(case: EditCase, step: Step) -> bool:
     return any(is_so(step.get(key), one) for key in _HEIGHTS for one in case.words.amounts)

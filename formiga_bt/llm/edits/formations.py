@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case, Edited, put, steps_of
+from formiga_bt.llm.edits.steps import EditCase, Edited, put, steps_of
 from formiga_bt.llm.shaping.formations import leg_of, legs_in
 from formiga_bt.llm.words.legs import with_legs
 
@@ -12,7 +12,7 @@ _OF_CHECKER: Final = ("E026", "E048")
 """So many places for so many machines: a model counts the corners of a triangle badly."""
 
 
-def as_triangle(case: Case) -> Iterator[Edited]:
+def as_triangle(case: EditCase) -> Iterator[Edited]:
     """The one team of three, which a request wants as a triangle over the one place that it names, stands as that."""
     leg, team = leg_of(case.words), case.machines[0] if len(case.machines) == 1 else None
     places = [name for name in case.words.places if name != "base"]
@@ -30,7 +30,7 @@ def as_triangle(case: Case) -> Iterator[Edited]:
         yield {**tree, "agents": roles}, f"{team.name} stand as {figure}, as the request says"
 
 
-def of_legs(case: Case) -> Iterator[Edited]:
+def of_legs(case: EditCase) -> Iterator[Edited]:
     """The one zigzag of a tree has as many legs as the request says."""
     found = [
         (path, step, key)

@@ -8,14 +8,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case
+from formiga_bt.llm.edits.steps import EditCase
 from formiga_bt.llm.edits.table import EDITS, Edit
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.records import Shortfall
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 DEEP: Final = 3
 """Most edits of one tree."""
@@ -24,7 +24,7 @@ MOST: Final = 12
 LONG_S: Final = 1800.0
 """Of virtual time; a flight that takes longer is judged a few times only."""
 _MOST_LONG: Final = 3
-Judging = Callable[[Answer, tuple[str, ...]], Judged]
+Judging = Callable[[ModelAnswer, tuple[str, ...]], Judged]
 """Judges an answer; is given what was edited in it."""
 
 
@@ -32,17 +32,17 @@ Judging = Callable[[Answer, tuple[str, ...]], Judged]
 class Near:
     """An edited answer and what it is worth."""
 
-    answer: Answer
+    answer: ModelAnswer
     judged: Judged
     told: tuple[str, ...] = ()
 
 
 def nearest(
-    answer: Answer,
+    answer: ModelAnswer,
     judged: Judged,
     words: Words,
-    world: World,
-    verbs: Mapping[str, Verb],
+    world: RequestWorld,
+    verbs: Mapping[str, AgentVerb],
     judging: Judging,
     edits: Mapping[str, tuple[Edit, ...]] = EDITS,
 ) -> Near:
@@ -64,8 +64,8 @@ class _Search:
     def __init__(
         self,
         words: Words,
-        world: World,
-        verbs: Mapping[str, Verb],
+        world: RequestWorld,
+        verbs: Mapping[str, AgentVerb],
         judging: Judging,
         edits: Mapping[str, tuple[Edit, ...]],
     ) -> None:
@@ -93,7 +93,7 @@ class _Search:
             return
         for wrong in _errors(near.judged):
             for edit in self._edits.get(wrong.code, ()):
-                for made, told in edit(Case(tree, self._words, self._world, self._verbs, wrong)):
+                for made, told in edit(EditCase(tree, self._words, self._world, self._verbs, wrong)):
                     if not self._left or not self._best.judged.errors:
                         return
                     if made in self._seen:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case, Edited, Found, at, span, steps_of
+from formiga_bt.llm.edits.steps import EditCase, Edited, Found, at, span, steps_of
 from formiga_bt.llm.edits.who import who
 
 _LAPS: Final = re.compile(r"\b(?:laps|rounds|vueltas)$", re.IGNORECASE)
@@ -19,7 +19,7 @@ _FIGURE: Final = re.compile(r"\s*([a-z]+)\(")
 _TWO: Final = re.compile(r"\s*\[\s*(\w+)\s*,\s*(\w+)\s*\]\s*|\s*line\(\s*(\w+)\s*,\s*(\w+)\s*,.*\)\s*")
 
 
-def repeated(case: Case) -> Iterator[Edited]:
+def repeated(case: EditCase) -> Iterator[Edited]:
     """What is to be done several times, and stands there once, is repeated: not the take-off, not the way home."""
     said, often = case.wrong.about, case.wrong.wanted
     begin = case.words.text.find(said)
@@ -41,7 +41,7 @@ def repeated(case: Case) -> Iterator[Edited]:
     yield span(case.tree, path, count, [again]), f"{agent} flies {what} {often} times, as the request says"
 
 
-def _figure(case: Case, begin: int, said: str) -> tuple[Found, int, str] | None:
+def _figure(case: EditCase, begin: int, said: str) -> tuple[Found, int, str] | None:
     """Return the one figure that is flown, if the words are those of its laps."""
     flown = [(one, name) for one in steps_of(case.tree) if (name := _figure_of(one))]
     if len(flown) != 1:
@@ -68,7 +68,7 @@ def _figure_of(found: Found) -> str:
     return match[1] if match is not None and match[1] != "line" else ""
 
 
-def _ends(case: Case, begin: int, end: int) -> tuple[str, str] | None:
+def _ends(case: EditCase, begin: int, end: int) -> tuple[str, str] | None:
     """Return the two places between which a machine flies so often, where they stand beside the number."""
     names = {said.casefold(): name for name, said in case.words.places.items()}
     if not names:
@@ -82,7 +82,7 @@ def _ends(case: Case, begin: int, end: int) -> tuple[str, str] | None:
     return None if found is None else (names[found[1].casefold()], names[found[2].casefold()])
 
 
-def _between(case: Case, one: str, other: str) -> tuple[Found, int, str] | None:
+def _between(case: EditCase, one: str, other: str) -> tuple[Found, int, str] | None:
     """Return where a machine flies to one place and then to another, how many steps that are, and what it is."""
     what, steps = f"from {one} to {other}", list(steps_of(case.tree))
     whole = [found for found in steps if _is_way(found[1], one, other)]

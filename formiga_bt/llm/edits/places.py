@@ -4,7 +4,19 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case, Edited, Found, Machine, Step, after, at_end, is_so, next_to, put, steps_of
+from formiga_bt.llm.edits.steps import (
+    EditCase,
+    Edited,
+    Found,
+    Machine,
+    Step,
+    after,
+    at_end,
+    is_so,
+    next_to,
+    put,
+    steps_of,
+)
 from formiga_bt.llm.edits.who import Subject, homes, who
 from formiga_bt.llm.shaping.moves import HEIGHT
 from formiga_bt.llm.words.amounts import Amount
@@ -41,7 +53,7 @@ _NOTHING_MORE: Final = re.compile(
 """Words of a landing and a way home, behind the last place that a machine goes to."""
 
 
-def landed(case: Case) -> Iterator[Edited]:
+def landed(case: EditCase) -> Iterator[Edited]:
     """A machine that flies to a place and should land there lands there."""
     place, text = case.wrong.about, case.words.text.casefold()
     flights = [one for one in steps_of(case.tree) if one[1].get("do") == "FlyTo" and _is_at(one[1].get("to"), place)]
@@ -66,7 +78,9 @@ def landed(case: Case) -> Iterator[Edited]:
         yield tree, f"{told} {'land' if are_many else 'lands'} at {place}, as the request says"
 
 
-def _with_landing(case: Case, tree: Mapping[str, Any], flight: Found, *, is_later: bool) -> Mapping[str, Any] | None:
+def _with_landing(
+    case: EditCase, tree: Mapping[str, Any], flight: Found, *, is_later: bool
+) -> Mapping[str, Any] | None:
     """Return a tree with a landing in place of a flight, or behind it, if its height or a stay was asked for."""
     path, step = flight
     land = {"do": "FlyAndLand", "agent": step["agent"], "at": step["to"]}
@@ -80,7 +94,7 @@ def _with_landing(case: Case, tree: Mapping[str, Any], flight: Found, *, is_late
     return after(tree, path, land) if is_said or is_later else put(tree, path, [land])
 
 
-def gone_on(case: Case) -> Iterator[Edited]:
+def gone_on(case: EditCase) -> Iterator[Edited]:
     """The one machine that is said to go on to a place that no step names goes there, before its way home or instead."""
     place = case.wrong.about
     said, text = case.words.places.get(place, place), case.words.text
@@ -111,24 +125,24 @@ def gone_on(case: Case) -> Iterator[Edited]:
         yield put(case.tree, path, [go, step] if comes_home or not lands else [go]), told
 
 
-def _is_last(case: Case, flight: Found) -> bool:
+def _is_last(case: EditCase, flight: Found) -> bool:
     """Return whether a machine goes nowhere after a flight, but home."""
     own = [path for path, step in case.of(str(flight[1].get("agent"))) if step.get("do") != "ReturnHome"]
     return own[-1] == flight[0]
 
 
-def _asks_after(case: Case, found: Found) -> bool:
+def _asks_after(case: EditCase, found: Found) -> bool:
     """Return whether somebody is asked after a step: who goes on in its stead would not wait for the answer."""
     order = list(steps_of(case.tree))
     return any("ask" in step for _, step in order[order.index(found) :])
 
 
-def _is_named(case: Case, place: str) -> bool:
+def _is_named(case: EditCase, place: str) -> bool:
     name = re.compile(rf"\b{re.escape(place)}\b")
     return any(name.search(str(value)) for _, step in steps_of(case.tree) for value in step.values())
 
 
-def _goes_on(case: Case, verb: int) -> Machine | None:
+def _goes_on(case: EditCase, verb: int) -> Machine | None:
     """Return the machine that goes on; None = it is not certain."""
     machines, subject = case.machines, who(case, verb)
     if subject is None or not subject.names:
@@ -145,7 +159,7 @@ def _goes_on(case: Case, verb: int) -> Machine | None:
     return meant[0] if len(meant) == 1 else None
 
 
-def _comes_home(case: Case, machine: Machine, since: int) -> bool | None:
+def _comes_home(case: EditCase, machine: Machine, since: int) -> bool | None:
     """Return whether a machine is sent home after it went on; None = it is not certain."""
     found = False
     for begin, _ in homes(case):
@@ -159,14 +173,14 @@ def _comes_home(case: Case, machine: Machine, since: int) -> bool | None:
     return found
 
 
-def _flight(case: Case, machine: Machine, place: str, amount: Amount | None) -> Step:
+def _flight(case: EditCase, machine: Machine, place: str, amount: Amount | None) -> Step:
     own = [step for _, step in case.of(machine.name) if step.get("height")]
     every = own or [step for _, step in steps_of(case.tree) if step.get("height")]
     height = every[-1]["height"] if every else HEIGHT
     return {"do": "FlyTo", "agent": machine.name, "to": place, "height": f"{amount.si:g} m" if amount else height}
 
 
-def sent_home(case: Case) -> Iterator[Edited]:
+def sent_home(case: EditCase) -> Iterator[Edited]:
     """The machine that is to come home comes home at the end."""
     spans = list(homes(case))
     if not spans or not case.is_plain or "ReturnHome" not in case.verbs:
@@ -207,7 +221,7 @@ def _who_of(subject: Subject | None, agents: set[str]) -> set[str]:
     return meant if len(subject.names) == 1 or len(agents) == 1 else set()
 
 
-def _landing_verb(case: Case, place: str) -> int | None:
+def _landing_verb(case: EditCase, place: str) -> int | None:
     """Return where a request says that a machine lands at a place: the word that is next to it."""
     text, said = case.words.text.casefold(), case.words.places.get(place, place).casefold()
     there = rf"{re.escape(said)}(?!\w)"

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.llm.edits.steps import Case, Edited, put
+from formiga_bt.llm.edits.steps import EditCase, Edited, put
 
 
-def stays(case: Case) -> Iterator[Edited]:
+def stays(case: EditCase) -> Iterator[Edited]:
     """The one machine that lands at the place where the request leaves it, and flies home then, stays there."""
     for machine in case.machines:
         own = case.of(machine.name)

@@ -7,10 +7,10 @@ from typing import Any, Final
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.walking import INNER
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 Step = Mapping[str, Any]
 Path = tuple[str | int, ...]
@@ -32,13 +32,13 @@ class Machine:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class EditCase:
     """A tree, what it was written for, and one thing that is wrong with it."""
 
     tree: Mapping[str, Any]
     words: Words
-    world: World
-    verbs: Mapping[str, Verb]
+    world: RequestWorld
+    verbs: Mapping[str, AgentVerb]
     wrong: Shortfall
 
     @property

@@ -12,13 +12,13 @@ from formiga_bt.llm.edits.formations import as_triangle, of_legs
 from formiga_bt.llm.edits.often import repeated
 from formiga_bt.llm.edits.places import gone_on, landed, sent_home
 from formiga_bt.llm.edits.stays import stays
-from formiga_bt.llm.edits.steps import Case, Edited, Found, put, steps_of
+from formiga_bt.llm.edits.steps import EditCase, Edited, Found, put, steps_of
 
-Edit = Callable[[Case], Iterator[Edited]]
+Edit = Callable[[EditCase], Iterator[Edited]]
 _WHERE: Final = ("to", "at", "way", "region")
 
 
-def known_agents(case: Case) -> Iterator[Edited]:
+def known_agents(case: EditCase) -> Iterator[Edited]:
     """Steps of somebody who has no role are those of the one role that they can mean, or are done by others already."""
     roles = {str(one.get("name")) for one in case.tree.get("agents") or () if isinstance(one, dict)}
     agents = [str(step["agent"]) for _, step in steps_of(case.tree) if "do" in step and step.get("agent")]
@@ -46,7 +46,7 @@ def _given(tree: Mapping[str, Any], found: list[Found], name: str) -> Mapping[st
     return tree
 
 
-def _is_called(case: Case, word: str, type_: str) -> bool:
+def _is_called(case: EditCase, word: str, type_: str) -> bool:
     type_of = case.world.catalogue.types[type_]
     return word.casefold() in {type_, type_of.label.casefold(), *type_of.label.casefold().split()[:1]} - {""}
 
@@ -55,11 +55,11 @@ def _where(step: Mapping[str, Any]) -> tuple[Any, ...]:
     return (step.get("do"), *(step.get(key) for key in _WHERE))
 
 
-def _goals(case: Case, agent: str) -> set[tuple[Any, ...]]:
+def _goals(case: EditCase, agent: str) -> set[tuple[Any, ...]]:
     return {_where(step) for _, step in case.of(agent)}
 
 
-def _is_done(case: Case, step: Mapping[str, Any]) -> bool:
+def _is_done(case: EditCase, step: Mapping[str, Any]) -> bool:
     return any(_where(step) in _goals(case, one.name) for one in case.machines)
 
 

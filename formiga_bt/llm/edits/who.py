@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from formiga_bt.llm.edits.steps import Case, Machine
+from formiga_bt.llm.edits.steps import EditCase, Machine
 from formiga_bt.llm.words.amounts import NUMBERS
 from formiga_bt.llm.words.wording import INTENTS, LIGHT_HEAVY
 
@@ -43,7 +43,7 @@ class Subject:
     """All of them are meant."""
 
 
-def who(case: Case, until: int, since: int = 0) -> Subject | None:
+def who(case: EditCase, until: int, since: int = 0) -> Subject | None:
     """Return who is spoken of last before a position of the request, in the same sentence; None = nobody is named.
 
     Args:
@@ -64,13 +64,13 @@ def who(case: Case, until: int, since: int = 0) -> Subject | None:
     return found
 
 
-def homes(case: Case) -> Iterator[tuple[int, int]]:
+def homes(case: EditCase) -> Iterator[tuple[int, int]]:
     """Yield where the request speaks of a way home."""
     text = re.sub(r'"[^"]*"', lambda quoted: " " * len(quoted[0]), case.words.text.casefold())
     yield from (found.span() for found in re.finditer(INTENTS["home"], text))
 
 
-def _mentions(case: Case, begin: int, until: int) -> list[tuple[re.Match[str], str]]:
+def _mentions(case: EditCase, begin: int, until: int) -> list[tuple[re.Match[str], str]]:
     text = case.words.text
     found = [(match, "") for match in _MENTION.finditer(text, begin) if match.end() <= until]
     for name, said in case.words.agents.items():
@@ -78,13 +78,13 @@ def _mentions(case: Case, begin: int, until: int) -> list[tuple[re.Match[str], s
     return sorted(found, key=lambda one: one[0].start())
 
 
-def _of_id(machines: Sequence[Machine], id_: str, case: Case) -> Subject:
+def _of_id(machines: Sequence[Machine], id_: str, case: EditCase) -> Subject:
     named = [one.name for one in machines if one.id == id_]
     type_ = case.world.site.agents[id_].type
     return Subject(frozenset(named or (one.name for one in machines if one.type == type_ and not one.id)))
 
 
-def _meant(match: re.Match[str], machines: Sequence[Machine], case: Case, before: Subject | None) -> Subject:
+def _meant(match: re.Match[str], machines: Sequence[Machine], case: EditCase, before: Subject | None) -> Subject:
     kind = match.lastgroup or ""
     everybody = frozenset(one.name for one in machines)
     if kind in ("first", "second", "third"):

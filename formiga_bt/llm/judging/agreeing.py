@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Hashable, Sequence
 from typing import Final
 
-from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.records import Flight
+from formiga_bt.llm.envelope import ModelAnswer
+from formiga_bt.llm.records import RehearsedFlight
 
 SHORTEST_S: Final = 0.1
 """What takes less is no move: the machine was there already."""
@@ -17,14 +17,14 @@ PAUSE_S: Final = 2.0
 """Pauses are compared in steps of so long."""
 
 
-def meaning(answer: Answer, flight: Flight | None) -> Hashable:
+def meaning(answer: ModelAnswer, flight: RehearsedFlight | None) -> Hashable:
     """Return what an answer means; equal for answers that mean the same."""
     if answer.tree is None:
         return "question" if answer.question else "impossible"
     return ("tree", what_happened(flight) if flight is not None else None)
 
 
-def what_happened(flight: Flight) -> Hashable:
+def what_happened(flight: RehearsedFlight) -> Hashable:
     """Return what machines and people did in a flight, whoever of a type did it."""
     if flight.timeline is None or flight.chart is None:
         return None

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.wording import Words
 
@@ -37,7 +37,7 @@ def hangs_on_answer(words: Words, yaml: str) -> bool:
     )
 
 
-def answers(yes: Flight, no: Flight) -> Iterator[Shortfall]:
+def answers(yes: RehearsedFlight, no: RehearsedFlight) -> Iterator[Shortfall]:
     """Find questions whose answer changes nothing: the same flights, whatever people say.
 
     Args:

@@ -4,14 +4,14 @@ import re
 from collections.abc import Iterator, Sequence
 
 from formiga_bt.llm.judging.outcome import over_first
-from formiga_bt.llm.records import Flight, Shortfall
-from formiga_bt.llm.words.questions import Person, Question, questions
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
+from formiga_bt.llm.words.questions import AskedQuestion, Person, questions
 from formiga_bt.llm.words.wording import Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 from formiga_bt.show.facts import ActionFact
 
 
-def asked(words: Words, text: str, flight: Flight, world: World) -> Iterator[Shortfall]:
+def asked(words: Words, text: str, flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find questions that were wanted and not put, and those that nobody wanted.
 
     Args:
@@ -43,7 +43,7 @@ def asked(words: Words, text: str, flight: Flight, world: World) -> Iterator[Sho
         yield from _when(question, rows, flight, world)
 
 
-def only_asked(words: Words, text: str, flight: Flight, world: World) -> Iterator[Shortfall]:
+def only_asked(words: Words, text: str, flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find what is wrong with a task where the request wants a question and nothing else.
 
     What it names, a place or an amount, belongs to the question. See `asked` for the arguments.
@@ -56,7 +56,9 @@ def only_asked(words: Words, text: str, flight: Flight, world: World) -> Iterato
         )
 
 
-def _whom(question: Question, rows: Sequence[ActionFact], world: World, *, is_all: bool) -> Iterator[Shortfall]:
+def _whom(
+    question: AskedQuestion, rows: Sequence[ActionFact], world: RequestWorld, *, is_all: bool
+) -> Iterator[Shortfall]:
     """Find people of one question who are not asked, or are asked together where the word of each counts."""
     of = {one: [row for row in rows if _is_of(row, one, world)] for one in question.people}
     names = " and ".join(sorted({row.agent for row in rows}))
@@ -78,7 +80,9 @@ def _whom(question: Question, rows: Sequence[ActionFact], world: World, *, is_al
             )
 
 
-def _when(question: Question, rows: Sequence[ActionFact], flight: Flight, world: World) -> Iterator[Shortfall]:
+def _when(
+    question: AskedQuestion, rows: Sequence[ActionFact], flight: RehearsedFlight, world: RequestWorld
+) -> Iterator[Shortfall]:
     """Find a question that is put before the one machine is where the request has it by then."""
     last = max((row.start for row in rows for one in question.people if _is_of(row, one, world)), default=None)
     if last is None or len(flight.visited) != 1:
@@ -90,7 +94,7 @@ def _when(question: Question, rows: Sequence[ActionFact], flight: Flight, world:
             yield Shortfall("asked_too_early", text, help=f"put the ask behind the flight to {place}", about=place)
 
 
-def _is_of(row: ActionFact, person: Person, world: World) -> bool:
+def _is_of(row: ActionFact, person: Person, world: RequestWorld) -> bool:
     agent = world.site.agents.get(row.agent)
     return row.agent == person.id if person.id else agent is not None and agent.type == person.type
 

@@ -16,16 +16,16 @@ from formiga_bt.llm.judging.landings import landings
 from formiga_bt.llm.judging.machines import agents
 from formiga_bt.llm.judging.places import ends, order, places, unnamed
 from formiga_bt.llm.judging.sizes import assumed_sizes
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.only_question import only_question
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 
 
-def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -> list[Shortfall]:
+def compare(words: Words, task: Task, text: str, flight: RehearsedFlight, world: RequestWorld) -> list[Shortfall]:
     """Return what was asked for and is not so.
 
     Args:

@@ -6,13 +6,13 @@ A small model gives such a reason when it does not know what to do. It is asked 
 import re
 from typing import Final
 
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.needless import needless
 from formiga_bt.llm.words.gainsaid import gainsaid
 from formiga_bt.llm.words.only_question import only_question
 from formiga_bt.llm.words.spoken import pattern_of
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _NO: Final = (
     r"\bno (?:such )?(?:(?:place|spot|region|agent|drone|machine|person|mention|sign|trace|record|entry) )?"
@@ -20,7 +20,7 @@ _NO: Final = (
 )
 
 
-def contradicted(answer: Answer, world: World, words: Words) -> str:
+def contradicted(answer: ModelAnswer, world: RequestWorld, words: Words) -> str:
     """Return what is wrong with an answer that holds no tree, "" = nothing.
 
     Args:

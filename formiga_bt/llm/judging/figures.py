@@ -12,7 +12,7 @@ from formiga_bt.llm.words import plain_words
 from formiga_bt.llm.words.legs import legs_in, legs_of
 from formiga_bt.llm.words.triangles import TRIANGLE
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 FIGURES: Final[Mapping[str, str]] = {
     rf"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b|{plain_words.pattern_of('circle')}": "circle",
@@ -42,7 +42,7 @@ def figures(words: Words, text: str) -> Iterator[Shortfall]:
             yield Shortfall("not_at_centre", text_, help=f"FlyTo {ring[1]} after the FlyAlong")
 
 
-def rings(text: str, task: Task, world: World) -> Iterator[Shortfall]:
+def rings(text: str, task: Task, world: RequestWorld) -> Iterator[Shortfall]:
     """Find rings round a machine that still stands at its port when they are begun."""
     steps = code_of(text).partition("\nsteps:")[2]
     machines = {name for name, role in task.roles.items() if not world.catalogue.types[role.types[0]].human}

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final
 
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.wording import INTENTS, Words
 
@@ -37,7 +37,7 @@ _OPEN: Final = re.compile(
 """What may leave somebody out."""
 
 
-def homecoming(words: Words, flight: Flight) -> Iterator[Shortfall]:
+def homecoming(words: Words, flight: RehearsedFlight) -> Iterator[Shortfall]:
     """Find machines that come home although the request leaves them where they were sent last.
 
     Args:
@@ -51,7 +51,7 @@ def homecoming(words: Words, flight: Flight) -> Iterator[Shortfall]:
         yield Shortfall("home_unasked", text, about=place)
 
 
-def all_home(words: Words, flight: Flight) -> Iterator[Shortfall]:
+def all_home(words: Words, flight: RehearsedFlight) -> Iterator[Shortfall]:
     """Find machines that do not come home although a request says that all of them do.
 
     Args:

@@ -13,17 +13,17 @@ from formiga_bt.lang.json_form.reading import to_yaml
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.text.formatting import format_text
-from formiga_bt.llm.envelope import Answer, Form
+from formiga_bt.llm.envelope import Form, ModelAnswer
 from formiga_bt.llm.judging.answers import answers, hangs_on_answer
 from formiga_bt.llm.judging.compare import OF_CHANGES, compare
 from formiga_bt.llm.judging.outcome import fly, from_diagnostic, of_flight
-from formiga_bt.llm.records import Flight, Shortfall, Value
+from formiga_bt.llm.records import ParamValue, RehearsedFlight, Shortfall
 from formiga_bt.llm.shaping.lifting import ASSUMED, Lifter
 from formiga_bt.llm.shaping.mends import mended
 from formiga_bt.llm.shaping.short import ShortError, expanded
-from formiga_bt.llm.vocabulary import LIBRARIES, Verb
+from formiga_bt.llm.vocabulary import LIBRARIES, AgentVerb
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 from formiga_bt.safety.drafted import unlike_a_stamp
 
 FILE: Final = "draft.yaml"
@@ -36,9 +36,9 @@ class Judged:
 
     task: Task | None
     yaml: str
-    values: tuple[Value, ...]
+    values: tuple[ParamValue, ...]
     shortfalls: tuple[Shortfall, ...]
-    flight: Flight | None = None
+    flight: RehearsedFlight | None = None
     mends: tuple[str, ...] = ()
 
     @property
@@ -48,10 +48,10 @@ class Judged:
 
 
 def judge(
-    answer: Answer,
+    answer: ModelAnswer,
     words: Words,
-    world: World,
-    verbs: Mapping[str, Verb],
+    world: RequestWorld,
+    verbs: Mapping[str, AgentVerb],
     form: Form,
     *,
     credit: str = "",
@@ -105,8 +105,8 @@ def judge(
 
 
 def _data(
-    answer: Answer, words: Words, world: World, verbs: Mapping[str, Verb], form: Form
-) -> tuple[dict[str, Any], Mapping[str, str], tuple[Value, ...], tuple[str, ...]]:
+    answer: ModelAnswer, words: Words, world: RequestWorld, verbs: Mapping[str, AgentVerb], form: Form
+) -> tuple[dict[str, Any], Mapping[str, str], tuple[ParamValue, ...], tuple[str, ...]]:
     description = " ".join(words.said.split("\n")[0].split())[:MOST_DESCRIPTION].replace("${", "{")
     assert answer.tree is not None
     if form == "short":
@@ -126,7 +126,7 @@ def _data(
         if isinstance(param, dict) and isinstance(param.get("name"), str):
             text = _plain(param.get("default"))
             said = words.holds(claimed.get(param["name"], "")) or _said(words, text)
-            values.append(Value(param["name"], text, said))
+            values.append(ParamValue(param["name"], text, said))
             notes[f"$.params[{index}]"] = f'"{said}"' if said else ASSUMED
     return head | data, notes, tuple(values), ()
 
@@ -151,17 +151,17 @@ def _said(words: Words, text: str) -> str:
     return words.places.get(text, "") or words.agents.get(text, "")
 
 
-def _more_values(data: Mapping[str, Any], known: tuple[Value, ...], words: Words) -> list[Value]:
+def _more_values(data: Mapping[str, Any], known: tuple[ParamValue, ...], words: Words) -> list[ParamValue]:
     """Return the values of params that a mend added."""
     names = {one.name for one in known}
     return [
-        Value(param["name"], _plain(param.get("default")), _said(words, _plain(param.get("default"))))
+        ParamValue(param["name"], _plain(param.get("default")), _said(words, _plain(param.get("default"))))
         for param in data.get("params", ())
         if param["name"] not in names
     ]
 
 
-def _foreign_imports(data: Mapping[str, Any], verbs: Mapping[str, Verb]) -> list[Shortfall]:
+def _foreign_imports(data: Mapping[str, Any], verbs: Mapping[str, AgentVerb]) -> list[Shortfall]:
     known = {*LIBRARIES, *(verb.library for verb in verbs.values())}
     imports = data.get("imports") or ()
     legal = "only " + ", ".join(sorted(known - {""}))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.llm.judging.plain import is_refused
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.landings import DELIVERS_TO, NO_LANDING
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.wording import Words
@@ -65,7 +65,7 @@ _FLIES: Final = frozenset({"TakeOff", "GoTo", "LandIn", "Explore", "Confirm", "M
 _AT_OTHER: Final = re.compile(r"[^,]{0,20}?\b(?:at|by|near|beside|where|next|behind|junto|cerca|donde)\b")
 
 
-def landings(words: Words, flight: Flight) -> Iterator[Shortfall]:
+def landings(words: Words, flight: RehearsedFlight) -> Iterator[Shortfall]:
     """Find places at which a request wants a landing, and where in the dry run nobody landed."""
     done = {row.action for row in flight.timeline.actions} if flight.timeline is not None else set()
     by_sentence, brought = set(_wanted(words)), set(_brought(words)) if done <= _FLIES else set()
@@ -119,7 +119,7 @@ def _of_one_place(words: Words) -> Iterator[tuple[str, str]]:
         yield name, own
 
 
-def _lands_at(flight: Flight, name: str) -> bool:
+def _lands_at(flight: RehearsedFlight, name: str) -> bool:
     """Return whether somebody landed at a place or beside it; a region has no one place."""
     landed = {where for places in flight.landed.values() for where in places}
     if name in landed:

@@ -7,12 +7,12 @@ from typing import Final
 
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import is_refused
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.at_once import certainly_at_once, may_rest
 from formiga_bt.llm.words.one_by_one import certainly_one_by_one
 from formiga_bt.llm.words.spoken import is_english
 from formiga_bt.llm.words.wording import LIGHT_HEAVY, Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _ANY_DRONE: Final = re.compile(
     r"\b(?:an?|one|another|un|otro)\s+(?:other\s+|second\s+|segundo\s+)?drone?\b(?!\s+(?:ligero|pesado))", re.IGNORECASE
@@ -20,7 +20,7 @@ _ANY_DRONE: Final = re.compile(
 """A machine of which no type is said."""
 
 
-def agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[Shortfall]:
+def agents(words: Words, task: Task, flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find machines that are named, counted or of a type that is asked for and take no part; and others that do."""
     used = {agent for granted in flight.agents.values() for agent in granted}
     types = world.catalogue.types
@@ -55,7 +55,7 @@ def agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[S
             yield from _together(flight)
 
 
-def _together(flight: Flight) -> Iterator[Shortfall]:
+def _together(flight: RehearsedFlight) -> Iterator[Shortfall]:
     """Find two machines that are in the air at one time; of more than two, the first ones."""
     spans = sorted((up, down, agent) for agent, own in _flights(flight).items() for up, down in own)
     for (_, down, one), (up, _, other) in pairwise(spans):
@@ -71,7 +71,7 @@ def _together(flight: Flight) -> Iterator[Shortfall]:
             return
 
 
-def _in_turn(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
+def _in_turn(words: Words, flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find machines of which one flies after the other where the request certainly wants them in the air at one time.
 
     Args:
@@ -96,7 +96,7 @@ def _in_turn(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
         )
 
 
-def _in_the_air(flight: Flight) -> Mapping[str, tuple[int, int]]:
+def _in_the_air(flight: RehearsedFlight) -> Mapping[str, tuple[int, int]]:
     """Return when each machine took off first and landed last (microseconds); who waits for a free way is under way, too."""
     found: dict[str, tuple[int, int]] = {}
     if flight.timeline is None:
@@ -115,7 +115,7 @@ def _in_the_air(flight: Flight) -> Mapping[str, tuple[int, int]]:
     return found
 
 
-def _flights(flight: Flight) -> Mapping[str, list[tuple[int, int]]]:
+def _flights(flight: RehearsedFlight) -> Mapping[str, list[tuple[int, int]]]:
     """Return when each machine took off and landed next (microseconds)."""
     found: dict[str, list[tuple[int, int]]] = {}
     if flight.timeline is None:
@@ -140,7 +140,7 @@ def _may_be_more(words: Words, said_types: Set[str], have: int) -> bool:
     return bool(uncounted) or have <= words.counts["*"] + sum(counted)
 
 
-def _machines(task: Task, flight: Flight, world: World) -> Mapping[str, int]:
+def _machines(task: Task, flight: RehearsedFlight, world: RequestWorld) -> Mapping[str, int]:
     """Return how many machines of each type a task uses: as granted in the dry run, else as its roles say."""
     types, agents = world.catalogue.types, world.site.agents
     found: dict[str, int] = {}

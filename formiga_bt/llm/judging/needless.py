@@ -9,7 +9,7 @@ from typing import Final
 
 from formiga_bt.llm.words.gainsaid import is_flown
 from formiga_bt.llm.words.wording import DRONES, Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _WHERE: Final = re.compile(r"\bwhere (?:shall|should|is|does|must)\b|\bwhich places?\b(?! is the)", re.IGNORECASE)
 _ENDS: Final = re.compile(r"\b(?:round|around|between|about) which\b", re.IGNORECASE)
@@ -36,7 +36,7 @@ _DEED: Final = re.compile(
 )
 
 
-def is_told(words: Words, world: World) -> bool:
+def is_told(words: Words, world: RequestWorld) -> bool:
     """Return whether a request says what to do and where, in words that are all known, and points at nothing else."""
     bare = _bare(words)
     said = _POINTS.search(bare) is None and _DEED.search(bare) is not None
@@ -51,7 +51,7 @@ def _bare(words: Words) -> str:
     return text
 
 
-def needless(question: str, words: Words, world: World) -> str:
+def needless(question: str, words: Words, world: RequestWorld) -> str:
     """Return why a question need not be asked; "" = it may be.
 
     Args:

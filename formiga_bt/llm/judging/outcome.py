@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from formiga_bt.base.diagnostics import Diagnostic, UnknownName
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.lang.model import Site, Task
-from formiga_bt.llm.records import Flight, Shortfall
-from formiga_bt.llm.world import World
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
+from formiga_bt.llm.world import RequestWorld
 from formiga_bt.show.facts import Chart, Point, Track
 
 if TYPE_CHECKING:
@@ -35,13 +35,13 @@ MOST_STEPS: Final = 200_000
 
 def fly(
     task: Task,
-    world: World,
+    world: RequestWorld,
     *,
     params: Mapping[str, str] | None = None,
     others: Sequence[Task] = (),
     limit_s: float = LIMIT_S,
     says: str = "",
-) -> Flight:
+) -> RehearsedFlight:
     """Run a task and return what happened. People answer the first option of every question that agrees.
 
     Args:
@@ -57,7 +57,7 @@ def fly(
 
     values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
     if problems:
-        return Flight(task=task.name, status="REFUSED", code=problems[0].code, reason=problems[0].message)
+        return RehearsedFlight(task=task.name, status="REFUSED", code=problems[0].code, reason=problems[0].message)
     scripts = {one: [{"match": "*", "options": [says]}] for one in world.site.agents} if says else None
     fleet = fleet_of(world.site, world.catalogue, scripts=scripts)
     rehearsal = Rehearsal(simulated(world.site), world.catalogue, [task, *others], fleet)
@@ -66,7 +66,7 @@ def fly(
         try:
             task_id = rehearsal.submit(task.name, values, wait=patience(task))
         except FormigaError as error:
-            return Flight(task=task.name, status="REFUSED", code=getattr(error, "code", ""), reason=str(error))
+            return RehearsedFlight(task=task.name, status="REFUSED", code=getattr(error, "code", ""), reason=str(error))
         end = rehearsal.now + round(limit_s * 1e6)
         in_time = rehearsal.driver.run_until(
             lambda: rehearsal.ended(task_id) or len(rehearsal.steps) > MOST_STEPS, end
@@ -76,7 +76,9 @@ def fly(
         rehearsal.close()
 
 
-def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: World, *, in_time: bool) -> Flight:
+def _flight(
+    rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: RequestWorld, *, in_time: bool
+) -> RehearsedFlight:
     from formiga_bt.show.history.folded import FoldedSource
     from formiga_bt.show.history.runlog import RunLog
 
@@ -97,7 +99,7 @@ def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: Worl
         if verdict.code == "chosen":
             agents[verdict.role] = (*agents.get(verdict.role, ()), verdict.agent)
     end = record.ended_at if record.ended_at is not None else rehearsal.now
-    return Flight(
+    return RehearsedFlight(
         task=tasks[0].name,
         status=status,
         code=record.code,
@@ -208,7 +210,7 @@ def _near(a: Point, b: Point, spot: Point) -> float:
     return math.hypot(spot.east_m - east, spot.north_m - north)
 
 
-def over_first(flight: Flight, agent: str, place: str) -> int | None:
+def over_first(flight: RehearsedFlight, agent: str, place: str) -> int | None:
     """Return when a machine was over a named place for the first time (microseconds), None = never."""
     spot = _spots(flight.chart).get(place) if flight.chart is not None else None
     if spot is None or flight.chart is None:
@@ -267,7 +269,7 @@ def _stand(agent: str, way: Sequence[Track], log: "RunLog", spots: Mapping[str, 
     return _named(agent, points[-1], spots, site)
 
 
-def of_flight(flight: Flight) -> list[Shortfall]:
+def of_flight(flight: RehearsedFlight) -> list[Shortfall]:
     """Return what was wrong in a flight, whatever had been asked for."""
     found = []
     if flight.status != "SUCCEEDED":
@@ -287,7 +289,7 @@ def of_flight(flight: Flight) -> list[Shortfall]:
     return found
 
 
-def _where_failed(flight: Flight) -> str:
+def _where_failed(flight: RehearsedFlight) -> str:
     """Return the JSON path of the innermost step of the task that failed; those inside a called subtree are its call."""
     failed = [step.path for step in flight.steps if step.status == "failure" and step.path.startswith("steps/steps[")]
     found = max((_WRITTEN.match(path.removeprefix("steps/")) for path in failed), key=_length, default=None)
@@ -304,7 +306,7 @@ def from_diagnostic(path: str, found: Diagnostic) -> Shortfall:
     return Shortfall(found.code, found.message, path, found.help, found.severity, unknown=unknown)
 
 
-def facts(flight: Flight) -> dict[str, Any]:
+def facts(flight: RehearsedFlight) -> dict[str, Any]:
     """Return the plain facts of a flight, for JSON."""
     import msgspec
 

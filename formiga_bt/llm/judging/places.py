@@ -9,12 +9,12 @@ from typing import Final
 from formiga_bt.base.geo import Place
 from formiga_bt.llm.judging.outcome import OVER_M
 from formiga_bt.llm.judging.plain import code_of, is_refused
-from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.shaping.teams import from_to
 from formiga_bt.llm.words.endings import ends_home
 from formiga_bt.llm.words.spoken import is_english, is_known
 from formiga_bt.llm.words.wording import INTENTS, Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|en caso contrario|dice que no)\b"
 """What is said of the other case need not happen in the dry run, in which all answers are yes."""
@@ -42,7 +42,7 @@ def places(words: Words, text: str) -> Iterator[Shortfall]:
             yield Shortfall("place_not_used", text_, about=name)
 
 
-def unnamed(words: Words, text: str, world: World) -> Iterator[Shortfall]:
+def unnamed(words: Words, text: str, world: RequestWorld) -> Iterator[Shortfall]:
     """Find places of the site that a task goes to and that the request, which names others, does not speak of."""
     said = words.text.casefold()
     for one in words.places.values():
@@ -65,7 +65,7 @@ def unnamed(words: Words, text: str, world: World) -> Iterator[Shortfall]:
             )
 
 
-def order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
+def order(words: Words, flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find ways that are flown the other way round than from the one place to the other."""
     for a, b in sorted(from_to(words)):
         ways = [way for way in flight.visited.values() if a in way and b in way]
@@ -81,7 +81,7 @@ def order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
             yield Shortfall("wrong_order", f'the request wants "{words.places[first]}" before "{words.places[then]}"')
 
 
-def _comes_before(first: str, then: str, way: Sequence[str], world: World) -> bool:
+def _comes_before(first: str, then: str, way: Sequence[str], world: RequestWorld) -> bool:
     """Return whether a machine was at one place before another, or passed that one on the straight way to the first."""
     at, spots = way.index(then), world.site.places
     if way.index(first) < at:
@@ -110,7 +110,7 @@ def in_turn(words: Words) -> Iterator[tuple[str, str]]:
             yield a, b
 
 
-def ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
+def ends(words: Words, flight: RehearsedFlight) -> Iterator[Shortfall]:
     """Find ways home that a request wants and that did not happen in the dry run."""
     homes = [agent for agent, where in flight.stands.items() if where == "home"]
     text = words.text.casefold()

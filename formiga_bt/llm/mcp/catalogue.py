@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import Catalogue, Expr, FieldSpec, Param, Role, Task
 from formiga_bt.lang.types import Type
-from formiga_bt.llm.mcp.ground import Ground
+from formiga_bt.llm.mcp.ground import ServedSite
 from formiga_bt.llm.mcp.outside import NOTICE, all_cleaned
 from formiga_bt.llm.mcp.records import ActionOut, ActionsOut, AgentOut, AgentsOut, FieldOut, TaskOut, TasksOut
 from formiga_bt.show.facts import AgentFact
 from formiga_bt.show.listed import natural, where_words
 
 
-def agents(ground: Ground, engine: str, live: Mapping[str, AgentFact]) -> AgentsOut:
+def agents(ground: ServedSite, engine: str, live: Mapping[str, AgentFact]) -> AgentsOut:
     """Return the site's fleet; what is heard of each now, if an engine runs."""
     site, types = ground.site, ground.catalogue.types
     running = engine == "running"
@@ -97,7 +97,7 @@ def _source(expr: Expr | None) -> str:
     return expr.source if expr is not None else ""
 
 
-def tasks(ground: Ground, find: str = "") -> TasksOut:
+def tasks(ground: ServedSite, find: str = "") -> TasksOut:
     """Return the tasks that can be requested; those with errors are left out."""
     found = []
     for path in dict.fromkeys(ground.tasks.values()):

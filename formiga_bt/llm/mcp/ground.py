@@ -25,7 +25,7 @@ LARGEST: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class ServerFiles:
     """The files that a server was started with: what a process of its own needs to know.
 
     Args of `formiga mcp`; `site` None means the demo site that ships.
@@ -36,10 +36,10 @@ class Where:
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class ServedSite:
     """A site and its tasks, as read when the server started, or the process of a job."""
 
-    where: Where
+    where: ServerFiles
     catalogue: Catalogue
     site: Site
     own: Path | None
@@ -110,7 +110,7 @@ class Ground:
         )
 
 
-def ground_of(where: Where) -> Ground:
+def ground_of(where: ServerFiles) -> ServedSite:
     """Read site, catalogue and the names of tasks.
 
     Raises:
@@ -127,9 +127,9 @@ def ground_of(where: Where) -> Ground:
     beside = path.resolve().parent if where.site is not None else None
     own = (beside / "trees" if (beside / "trees").is_dir() else beside) if beside is not None else None
     roots = (*([beside] if beside is not None else []), shipped)
-    ground = Ground(where, catalogue, site, own, roots)
+    ground = ServedSite(where, catalogue, site, own, roots)
     folders = [*([beside, own] if beside is not None and own is not None else []), shipped, shipped / "cookbook"]
-    return Ground(where, catalogue, site, own, roots, _named(folders, ground.read))
+    return ServedSite(where, catalogue, site, own, roots, _named(folders, ground.read))
 
 
 def _named(folders: Sequence[Path], read: Callable[[Path], str]) -> dict[str, Path]:

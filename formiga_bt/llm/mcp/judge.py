@@ -14,11 +14,11 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
 from formiga_bt.lang.loader import Loaded
-from formiga_bt.llm.mcp.ground import TEXT_NAME, Ground
+from formiga_bt.llm.mcp.ground import TEXT_NAME, ServedSite
 from formiga_bt.llm.mcp.records import MAX_VALUE, Asked, CheckOut, Did, FlightOut, ProblemOut, TreeOut
 
 if TYPE_CHECKING:
-    from formiga_bt.engine.kernel.inputs import Step
+    from formiga_bt.engine.kernel.inputs import EngineStep
     from formiga_bt.lang.model import Task
     from formiga_bt.rehearsal.rehearsal import Rehearsal
     from formiga_bt.show.history.runlog import RunLog
@@ -33,7 +33,7 @@ WIDTH: Final = 120
 Progress = Callable[[float, str], None]
 
 
-class Job(Struct, frozen=True, kw_only=True):
+class JudgeJob(Struct, frozen=True, kw_only=True):
     """Something to do with a task, given as a text or by its name."""
 
     kind: str
@@ -45,7 +45,7 @@ class Job(Struct, frozen=True, kw_only=True):
     hours: float = 6.0
 
 
-class Done(Struct, frozen=True, kw_only=True):
+class JobResult(Struct, frozen=True, kw_only=True):
     """What came of it; one of the three, or the words of an error."""
 
     check: CheckOut | None = None
@@ -54,21 +54,21 @@ class Done(Struct, frozen=True, kw_only=True):
     error: str = ""
 
 
-def done(job: Job, ground: Ground, progress: Progress) -> Done:
+def done(job: JudgeJob, ground: ServedSite, progress: Progress) -> JobResult:
     """Do a job; what is wrong with the task is told as an error."""
     try:
         loaded = ground.load(job.yaml) if job.yaml else ground.load_named(job.task)
         if job.kind == "check":
-            return Done(check=checked(loaded))
+            return JobResult(check=checked(loaded))
         task = _usable(loaded)
         if job.kind == "tree":
-            return Done(tree=TreeOut(task.name, "", tree_of(task)))
+            return JobResult(tree=TreeOut(task.name, "", tree_of(task)))
         progress(0.0, f"{task.name} is checked; it begins to fly")
-        return Done(flight=flown(task, loaded, ground, job, progress))
+        return JobResult(flight=flown(task, loaded, ground, job, progress))
     except FormigaError as error:
-        return Done(error=str(error))
+        return JobResult(error=str(error))
     except (OSError, UnicodeDecodeError) as error:
-        return Done(error=f"the task cannot be read: {getattr(error, 'strerror', None) or error}")
+        return JobResult(error=f"the task cannot be read: {getattr(error, 'strerror', None) or error}")
 
 
 def checked(loaded: Loaded) -> CheckOut:
@@ -113,7 +113,9 @@ def _usable(loaded: Loaded) -> "Task":
     raise UnusableFile(f"{texts}\n\nthe task has errors; mend them first (check_task tells all)")
 
 
-def tree_of(task: "Task", steps: "Iterable[Step]" = (), task_id: str = "", ground: Ground | None = None) -> str:
+def tree_of(
+    task: "Task", steps: "Iterable[EngineStep]" = (), task_id: str = "", ground: ServedSite | None = None
+) -> str:
     """Return the tree of a task as text; after a run with how each step ended."""
     from formiga_bt.show.tree import terminal
     from formiga_bt.show.tree.drawing import drawing_of
@@ -148,7 +150,7 @@ def texts_of(params: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def flown(task: "Task", loaded: Loaded, ground: Ground, job: Job, progress: Progress) -> FlightOut:
+def flown(task: "Task", loaded: Loaded, ground: ServedSite, job: JudgeJob, progress: Progress) -> FlightOut:
     """Fly a task on the site's simulated fleet.
 
     Raises:
@@ -189,7 +191,7 @@ def _fly(rehearsal: "Rehearsal", task_id: str, limit_s: float, progress: Progres
         progress(passed, f"{passed / 60:.0f} min of virtual time")
 
 
-def _answers(said: Mapping[str, list[str]], ground: Ground) -> Mapping[str, list[str]]:
+def _answers(said: Mapping[str, list[str]], ground: ServedSite) -> Mapping[str, list[str]]:
     types = ground.catalogue.types
     people = [a.id for a in ground.site.agents.values() if a.type in types and types[a.type].human]
     for who, words in said.items():
@@ -200,7 +202,7 @@ def _answers(said: Mapping[str, list[str]], ground: Ground) -> Mapping[str, list
     return said
 
 
-def _told(rehearsal: "Rehearsal", task: "Task", task_id: str, loaded: Loaded, ground: Ground) -> FlightOut:
+def _told(rehearsal: "Rehearsal", task: "Task", task_id: str, loaded: Loaded, ground: ServedSite) -> FlightOut:
     from formiga_bt.show.history.runlog import RunLog
 
     log = RunLog()

@@ -13,7 +13,7 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.pages import pages, reasons, reasons_of
 from formiga_bt.lang.text.reading import did_you_mean
-from formiga_bt.llm.mcp.ground import Ground
+from formiga_bt.llm.mcp.ground import ServedSite
 
 SCHEME: Final = "formiga://"
 
@@ -80,7 +80,7 @@ Rules that are broken most often:
 """
 
 
-class Entry(Struct, frozen=True):
+class PageEntry(Struct, frozen=True):
     """Something to read, in a list."""
 
     uri: str
@@ -131,20 +131,20 @@ def code_page(code: str) -> str:
     return "\n\n".join(f"{', '.join(one.codes)} ({one.group}): {'; '.join(one.cells)}" for one in found)
 
 
-def entries(ground: Ground) -> Iterator[Entry]:
+def entries(ground: ServedSite) -> Iterator[PageEntry]:
     """Yield all that can be read."""
-    yield Entry(f"{SCHEME}language", "language", "The language of tasks, in short")
+    yield PageEntry(f"{SCHEME}language", "language", "The language of tasks, in short")
     for topic in topics():
-        yield Entry(f"{SCHEME}language/{topic}", f"language/{topic}", f"The language: {topic.replace('-', ' ')}")
+        yield PageEntry(f"{SCHEME}language/{topic}", f"language/{topic}", f"The language: {topic.replace('-', ' ')}")
     for name in ground.tasks:
-        yield Entry(f"{SCHEME}trees/{name}", f"trees/{name}", f"The task {name}", "application/yaml")
+        yield PageEntry(f"{SCHEME}trees/{name}", f"trees/{name}", f"The task {name}", "application/yaml")
     for code, page in pages().items():
-        yield Entry(f"{SCHEME}codes/{code}", f"codes/{code}", page.wrong_is.replace("`", ""))
+        yield PageEntry(f"{SCHEME}codes/{code}", f"codes/{code}", page.wrong_is.replace("`", ""))
     for reason in dict.fromkeys(one for row in reasons() for one in row.codes if one.replace("_", "").isalnum()):
-        yield Entry(f"{SCHEME}reasons/{reason}", f"reasons/{reason}", f"The reason {reason}")
+        yield PageEntry(f"{SCHEME}reasons/{reason}", f"reasons/{reason}", f"The reason {reason}")
 
 
-def page(uri: str, ground: Ground) -> tuple[str, str]:
+def page(uri: str, ground: ServedSite) -> tuple[str, str]:
     """Return the text of an address and its media type.
 
     Raises:

@@ -16,13 +16,13 @@ from typing import Final
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.packaged import folder as packaged
 from formiga_bt.lang.model import Site, Task
-from formiga_bt.llm.drafts import PROPOSED, TASK, Brief, Kept, briefs, delete, keep
-from formiga_bt.llm.mcp.ground import Ground
+from formiga_bt.llm.drafts import PROPOSED, TASK, Brief, KeptDraft, briefs, delete, keep
+from formiga_bt.llm.mcp.ground import ServedSite
 from formiga_bt.llm.mcp.outside import cleaned
 from formiga_bt.llm.mcp.records import FlightOut
 from formiga_bt.llm.origin import Asker, approved, note_drafted
-from formiga_bt.llm.records import Draft, Flight, Origin, Value
-from formiga_bt.llm.world import World
+from formiga_bt.llm.records import Draft, Origin, ParamValue, RehearsedFlight
+from formiga_bt.llm.world import RequestWorld
 
 MOST_OPEN: Final = 50
 """Proposals that are kept; then the oldest gives way, so that an assistant that proposes without end fills no disk."""
@@ -43,7 +43,7 @@ def draft_of(
     unix_millis: int = 0,
 ) -> tuple[Draft, Origin]:
     """Return a proposal as the draft that a person is shown, and where it came from."""
-    told = Flight(
+    told = RehearsedFlight(
         task=flight.task,
         status=flight.status,
         code=flight.code,
@@ -61,7 +61,7 @@ def draft_of(
         plan="; ".join(warnings),
         task=flight.task,
         yaml=yaml,
-        values=tuple(Value(one, text) for one, text in params.items()),
+        values=tuple(ParamValue(one, text) for one, text in params.items()),
         flight=told,
         provider=name,
     )
@@ -70,7 +70,9 @@ def draft_of(
     )
 
 
-def propose(folder: Path, draft: Draft, origin: Origin, is_needed: Callable[[Brief], bool] = lambda _: False) -> Kept:
+def propose(
+    folder: Path, draft: Draft, origin: Origin, is_needed: Callable[[Brief], bool] = lambda _: False
+) -> KeptDraft:
     """Keep a proposal among the drafts of a site. If too many wait, the oldest that nobody needs gives way.
 
     Args:
@@ -94,7 +96,7 @@ def propose(folder: Path, draft: Draft, origin: Origin, is_needed: Callable[[Bri
     return keep(folder, draft, origin)
 
 
-def needed(folder: Path, ground: Ground, running: Callable[[], set[str]]) -> Callable[[Brief], bool]:
+def needed(folder: Path, ground: ServedSite, running: Callable[[], set[str]]) -> Callable[[Brief], bool]:
     """Return what tells whether a proposal is approved as it is, or a task of its name runs.
 
     Args:
@@ -120,7 +122,7 @@ def needed(folder: Path, ground: Ground, running: Callable[[], set[str]]) -> Cal
     return is_needed
 
 
-def wrote(kept: Kept, yaml: str, ground: Ground, asker: Asker, unix_millis: int) -> None:
+def wrote(kept: KeptDraft, yaml: str, ground: ServedSite, asker: Asker, unix_millis: int) -> None:
     """Write down that an assistant wrote a task, so that on a site in mode real another person approves it.
 
     Raises:
@@ -131,13 +133,13 @@ def wrote(kept: Kept, yaml: str, ground: Ground, asker: Asker, unix_millis: int)
         with suppress(OSError, UnicodeDecodeError):
             texts[str(path)] = ground.read(path)
     task = ground.load(yaml).task
-    world = World(ground.catalogue, ground.site, (), texts)
+    world = RequestWorld(ground.catalogue, ground.site, (), texts)
     tasks = [task] if task is not None else []
     note_drafted(kept.folder.parent.parent, tasks, asker.record, world, draft=kept.number, unix_millis=unix_millis)
 
 
 def next_steps(
-    kept: Kept, ground: Ground, params: Mapping[str, str], *, is_there: bool, asker: Asker | None = None
+    kept: KeptDraft, ground: ServedSite, params: Mapping[str, str], *, is_there: bool, asker: Asker | None = None
 ) -> list[str]:
     """Return the commands with which a person reads a proposal and runs it; each word is quoted for a shell.
 
@@ -164,7 +166,7 @@ def next_steps(
     return [f"formiga show {file}", f"cp -n {file} {mine}", *approve, run]
 
 
-def own_file(kept: Kept, own: Path) -> Path:
+def own_file(kept: KeptDraft, own: Path) -> Path:
     """Return where a proposal is kept among the tasks of a site: under a name that is free, or that has this very text."""
     name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kept.draft.task).lower()
     text = (kept.folder / TASK).read_bytes()
@@ -178,7 +180,7 @@ def own_file(kept: Kept, own: Path) -> Path:
     raise AssertionError("there are names without end")
 
 
-def doubles(kept: Kept, ground: Ground) -> list[str]:
+def doubles(kept: KeptDraft, ground: ServedSite) -> list[str]:
     """Return a warning if the site has a task of a proposal's name already: it serves one of them from its next start on."""
     task = kept.draft.task
     other = ground.tasks.get(task)

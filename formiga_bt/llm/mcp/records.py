@@ -49,7 +49,7 @@ class OfType(Struct, forbid_unknown_fields=True):
     agent_type: Annotated[str, Meta(max_length=100, description="Only the actions of this type, for example lwd.")] = ""
 
 
-class Named(Struct, forbid_unknown_fields=True):
+class TaskQuery(Struct, forbid_unknown_fields=True):
     """Which tasks."""
 
     find: Annotated[str, Meta(max_length=100, description="Only tasks with this in name or description.")] = ""
@@ -77,13 +77,13 @@ class Code(Struct, forbid_unknown_fields=True):
     code: Annotated[str, Meta(max_length=60, description="For example E030, W064, no_clearance.")]
 
 
-class Text(Struct, forbid_unknown_fields=True):
+class TaskText(Struct, forbid_unknown_fields=True):
     """A task to check."""
 
     yaml: Yaml
 
 
-class Shown(Struct, forbid_unknown_fields=True):
+class DrawQuery(Struct, forbid_unknown_fields=True):
     """A task to draw: a text, a name, or the id of one that runs."""
 
     yaml: Yaml = ""

@@ -21,11 +21,11 @@ from formiga_bt import __version__
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.llm.letters import whole
 from formiga_bt.llm.mcp import pages
-from formiga_bt.llm.mcp.ground import Where
+from formiga_bt.llm.mcp.ground import ServerFiles
 from formiga_bt.llm.mcp.live import Connect
 from formiga_bt.llm.mcp.outside import cleaned
-from formiga_bt.llm.mcp.tools import TOOLS, Caller, Desk, Tool, in_thread, schema_of
-from formiga_bt.llm.mcp.worker import Crew
+from formiga_bt.llm.mcp.tools import TOOLS, Desk, McpCaller, Tool, in_thread, schema_of
+from formiga_bt.llm.mcp.worker import JobProcesses
 
 INVALID_PARAMS: Final = -32602
 PAGE: Final = 100
@@ -80,7 +80,7 @@ class Front:
             )
         try:
             asked = msgspec.convert(whole(params.arguments or {}), tool.takes)
-            given, text = await tool.run(self._desk, asked, Caller(_client(ctx), partial(_progress, ctx)))
+            given, text = await tool.run(self._desk, asked, McpCaller(_client(ctx), partial(_progress, ctx)))
         except msgspec.ValidationError as error:
             return _wrong(f"{tool.name}: {error}\n  help: its schema tells what it takes")
         except FormigaError as error:
@@ -201,7 +201,7 @@ async def _asked(found: Awaitable[P]) -> P:
         raise MCPError(INVALID_PARAMS, "this text cannot be read; a file has changed meanwhile") from error
 
 
-def serve(where: Where, connect: Connect, wall_millis: Callable[[], int], people: Sequence[str] = ()) -> None:
+def serve(where: ServerFiles, connect: Connect, wall_millis: Callable[[], int], people: Sequence[str] = ()) -> None:
     """Serve the client at stdin and stdout until it closes them.
 
     Args:
@@ -212,7 +212,7 @@ def serve(where: Where, connect: Connect, wall_millis: Callable[[], int], people
     """
 
     async def run() -> None:
-        server = Front(Desk(where, connect, Crew(where), wall_millis, tuple(people))).server()
+        server = Front(Desk(where, connect, JobProcesses(where), wall_millis, tuple(people))).server()
         async with stdio_server() as (reading, writing):
             await server.run(reading, writing, server.create_initialization_options())
 

@@ -14,15 +14,15 @@ import msgspec
 from msgspec import Struct
 
 from formiga_bt.base.errors import FormigaError, UnusableFile
-from formiga_bt.llm.drafts import TASK, Kept, drafts_folder
+from formiga_bt.llm.drafts import TASK, KeptDraft, drafts_folder
 from formiga_bt.llm.mcp import catalogue, live, pages
 from formiga_bt.llm.mcp import records as r
-from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
-from formiga_bt.llm.mcp.judge import Done, Job, texts_of
+from formiga_bt.llm.mcp.ground import ServedSite, ServerFiles, ground_of
+from formiga_bt.llm.mcp.judge import JobResult, JudgeJob, texts_of
 from formiga_bt.llm.mcp.live import Connect
 from formiga_bt.llm.mcp.outside import fenced
 from formiga_bt.llm.mcp.proposals import assistant, doubles, draft_of, needed, next_steps, propose, wrote
-from formiga_bt.llm.mcp.worker import Crew
+from formiga_bt.llm.mcp.worker import JobProcesses
 from formiga_bt.llm.origin import Asker
 
 Progress = Callable[[float, str], Awaitable[None]]
@@ -35,21 +35,21 @@ T = TypeVar("T")
 class Desk:
     """What tools work with."""
 
-    where: Where
+    where: ServerFiles
     connect: Connect
-    crew: Crew
+    crew: JobProcesses
     wall_millis: Callable[[], int]
     """Unix time, for what is written down."""
     people: tuple[str, ...] = ()
     """For whom assistants work here: who started the server."""
 
-    async def ground(self) -> Ground:
+    async def ground(self) -> ServedSite:
         """Return site, catalogue and tasks as their files are now."""
         return await in_thread(partial(ground_of, self.where))
 
 
 @dataclass(frozen=True, slots=True)
-class Caller:
+class McpCaller:
     """Who asks."""
 
     client: str
@@ -65,7 +65,7 @@ class Tool:
     does: str
     takes: type[Struct]
     gives: type[Struct]
-    run: Callable[[Desk, Any, Caller], Awaitable[Said]]
+    run: Callable[[Desk, Any, McpCaller], Awaitable[Said]]
     writes: bool = False
 
 
@@ -75,7 +75,7 @@ async def in_thread(function: Callable[[], T]) -> T:
 
 
 # -- what there is ------------------------------------------------------------------------------------------------------
-async def _list_agents(desk: Desk, _: r.Nothing, caller: Caller) -> Said:
+async def _list_agents(desk: Desk, _: r.Nothing, caller: McpCaller) -> Said:
     del caller
     ground = await desk.ground()
     engine, now = await in_thread(partial(live.agents_now, desk.connect))
@@ -94,7 +94,7 @@ def _agent(one: r.AgentOut) -> str:
     return ", ".join(word for word in words if word)
 
 
-async def _list_actions(desk: Desk, asked: r.OfType, caller: Caller) -> Said:
+async def _list_actions(desk: Desk, asked: r.OfType, caller: McpCaller) -> Said:
     del caller
     ground = await desk.ground()
     types = ground.catalogue.types
@@ -113,7 +113,7 @@ def _field(one: r.FieldOut) -> str:
     return f"{one.name}: {one.type}{default}"
 
 
-async def _list_tasks(desk: Desk, asked: r.Named, caller: Caller) -> Said:
+async def _list_tasks(desk: Desk, asked: r.TaskQuery, caller: McpCaller) -> Said:
     del caller
     ground = await desk.ground()
     told = await in_thread(partial(catalogue.tasks, ground, asked.find))
@@ -121,19 +121,19 @@ async def _list_tasks(desk: Desk, asked: r.Named, caller: Caller) -> Said:
     return told, "\n".join(lines) or "no task has this in its name or description; list_tasks without `find` has all"
 
 
-async def _language(desk: Desk, asked: r.Topic, caller: Caller) -> Said:
+async def _language(desk: Desk, asked: r.Topic, caller: McpCaller) -> Said:
     del desk, caller
     text = pages.language(asked.topic)
     return r.PageOut(asked.topic or "the language in short", text, pages.topics()), text
 
 
-async def _explain_code(desk: Desk, asked: r.Code, caller: Caller) -> Said:
+async def _explain_code(desk: Desk, asked: r.Code, caller: McpCaller) -> Said:
     del desk, caller
     text = pages.code_page(asked.code)
     return r.PageOut(asked.code, text), text
 
 
-async def _schema(desk: Desk, asked: r.Which, caller: Caller) -> Said:
+async def _schema(desk: Desk, asked: r.Which, caller: McpCaller) -> Said:
     del caller
     ground = await desk.ground()
     if asked.form == "yaml":
@@ -156,33 +156,33 @@ def _one_of(**given: str) -> None:
         raise UnusableFile("the task is larger than 64 kB\n  help: loops and subtrees say the same with less")
 
 
-async def _check(desk: Desk, asked: r.Text, caller: Caller) -> Said:
+async def _check(desk: Desk, asked: r.TaskText, caller: McpCaller) -> Said:
     del caller
     _one_of(yaml=asked.yaml)
-    told = _must((await desk.crew.do(Job(kind="check", yaml=asked.yaml))).check)
+    told = _must((await desk.crew.do(JudgeJob(kind="check", yaml=asked.yaml))).check)
     return told, told.rendered
 
 
-async def _show(desk: Desk, asked: r.Shown, caller: Caller) -> Said:
+async def _show(desk: Desk, asked: r.DrawQuery, caller: McpCaller) -> Said:
     del caller
     _one_of(yaml=asked.yaml, task=asked.task, id=asked.id)
     if asked.id:
         seen = await in_thread(partial(live.shown, desk.connect, asked.id))
         return seen, fenced(f"{seen.status}\n{seen.tree}")
-    told = _must((await desk.crew.do(Job(kind="tree", yaml=asked.yaml, task=asked.task))).tree)
+    told = _must((await desk.crew.do(JudgeJob(kind="tree", yaml=asked.yaml, task=asked.task))).tree)
     return told, told.tree
 
 
-async def _dry_run(desk: Desk, asked: r.Flown, caller: Caller) -> Said:
+async def _dry_run(desk: Desk, asked: r.Flown, caller: McpCaller) -> Said:
     told = await _fly(desk, asked, caller, asked.hours)
     return told, _in_words(told)
 
 
-async def _fly(desk: Desk, asked: r.Flown | r.Proposed, caller: Caller, hours: float) -> r.FlightOut:
+async def _fly(desk: Desk, asked: r.Flown | r.Proposed, caller: McpCaller, hours: float) -> r.FlightOut:
     _one_of(yaml=asked.yaml, task=asked.task)
     params: dict[str, Any] = dict(texts_of(asked.params))
-    job = Job(kind="fly", yaml=asked.yaml, task=asked.task, params=params, answers=asked.answers, hours=hours)
-    done: Done = await desk.crew.do(job, caller.progress)
+    job = JudgeJob(kind="fly", yaml=asked.yaml, task=asked.task, params=params, answers=asked.answers, hours=hours)
+    done: JobResult = await desk.crew.do(job, caller.progress)
     return _must(done.flight)
 
 
@@ -205,7 +205,7 @@ def _in_words(told: r.FlightOut) -> str:
 FLOWN: Final = ("SUCCEEDED", "UNFINISHED")
 
 
-async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
+async def _propose(desk: Desk, asked: r.Proposed, caller: McpCaller) -> Said:
     flight = await _fly(desk, asked, caller, 6.0)
     if flight.status not in FLOWN or flight.crashes or flight.unsafe_starts or flight.low_flights:
         raise FormigaError(
@@ -223,7 +223,7 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
     draft, origin = draft_of(text, flight, params, asked.why, caller.client, warnings, now)
     folder = drafts_folder(Path(desk.where.site) if desk.where.site is not None else None, ground.site.name)
 
-    def keep_it() -> Kept:
+    def keep_it() -> KeptDraft:
         kept = propose(folder, draft, origin, needed(folder, ground, partial(live.running, desk.connect)))
         if asked.yaml:
             wrote(kept, yaml, ground, asker, now)
@@ -244,7 +244,7 @@ def _must(found: T | None) -> T:
 
 
 # -- what goes on -------------------------------------------------------------------------------------------------------
-async def _now(desk: Desk, _: r.Nothing, caller: Caller) -> Said:
+async def _now(desk: Desk, _: r.Nothing, caller: McpCaller) -> Said:
     del caller
     ground = await desk.ground()
     told = await in_thread(partial(live.now, desk.connect, ground.site.name, ground.site.mode))
@@ -258,7 +258,7 @@ async def _now(desk: Desk, _: r.Nothing, caller: Caller) -> Said:
     return told, fenced("\n".join(lines))
 
 
-async def _explain(desk: Desk, asked: r.OfId, caller: Caller) -> Said:
+async def _explain(desk: Desk, asked: r.OfId, caller: McpCaller) -> Said:
     del caller
     told = await in_thread(partial(live.explained, desk.connect, asked.id))
     lines = [f"{'  ' * (one.depth + 1)}{one.text}{f' -> {one.hint}' if one.hint else ''}" for one in told.because]
@@ -288,7 +288,7 @@ TOOLS: Final[tuple[Tool, ...]] = (
         "list_tasks",
         "Tasks that are there",
         "List the tasks of the site and those that ship, with their parameters. Use one of these before you write a new one.",
-        r.Named,
+        r.TaskQuery,
         r.TasksOut,
         _list_tasks,
     ),
@@ -321,7 +321,7 @@ TOOLS: Final[tuple[Tool, ...]] = (
         "Check a task",
         "Check a whole task file against the site and the catalogue. Returns all problems with line, column and how to mend"
         " them. ok means that it can be flown in a dry run, not that it does what was asked for.",
-        r.Text,
+        r.TaskText,
         r.CheckOut,
         _check,
     ),
@@ -330,7 +330,7 @@ TOOLS: Final[tuple[Tool, ...]] = (
         "Draw a task",
         "Draw a task as a tree of text: of a YAML text, of a task that is there, or with its id one that the engine runs,"
         " then with how each step stands.",
-        r.Shown,
+        r.DrawQuery,
         r.TreeOut,
         _show,
     ),

@@ -1,8 +1,8 @@
 """Jobs in processes of their own: the server answers meanwhile, and a job that takes too long, or is given up, is killed.
 
-The server's side is `Crew`. The other side is `main`: one job comes in over stdin as a line of JSON, progress and the result go
-out over stdout, a line each. A process does one job and ends; it has bounds of memory and of processor time of its own, so that
-it ends too if the server is no more.
+The server's side is `JobProcesses`. The other side is `main`: one job comes in over stdin as a line of JSON, progress and the
+result go out over stdout, a line each. A process does one job and ends; it has bounds of memory and processor time of its own,
+so that it ends too if the server is no more.
 """
 
 import json
@@ -18,8 +18,8 @@ import anyio.abc
 import msgspec
 
 from formiga_bt.base.errors import FormigaError
-from formiga_bt.llm.mcp.ground import Where, ground_of
-from formiga_bt.llm.mcp.judge import Done, Job, done
+from formiga_bt.llm.mcp.ground import ServerFiles, ground_of
+from formiga_bt.llm.mcp.judge import JobResult, JudgeJob, done
 
 AT_ONCE: Final = 2
 """Jobs that run at the same time; more wait."""
@@ -41,23 +41,23 @@ class Busy(FormigaError):  # noqa: N818 - it names what is wrong
     """More is asked for than can wait."""
 
 
-class Line(msgspec.Struct, omit_defaults=True):
+class WorkerLine(msgspec.Struct, omit_defaults=True):
     """What a job's process writes: progress, or the result."""
 
     progress: float = 0.0
     text: str = ""
-    done: Done | None = None
+    done: JobResult | None = None
 
 
-class Order(msgspec.Struct):
+class WorkerOrder(msgspec.Struct):
     """What it is told."""
 
-    where: Where
-    job: Job
+    where: ServerFiles
+    job: JudgeJob
     seconds: float
 
 
-class Crew:
+class JobProcesses:
     """Starts a process for each job.
 
     Args:
@@ -65,13 +65,13 @@ class Crew:
         limits_s: wall time by kind of job.
     """
 
-    def __init__(self, where: Where, limits_s: dict[str, float] | None = None) -> None:
+    def __init__(self, where: ServerFiles, limits_s: dict[str, float] | None = None) -> None:
         self._where = where
         self._limits = {**LIMITS_S, **(limits_s or {})}
         self._seats = anyio.Semaphore(AT_ONCE)
         self._open = 0
 
-    async def do(self, job: Job, progress: Any = None) -> Done:
+    async def do(self, job: JudgeJob, progress: Any = None) -> JobResult:
         """Do a job; `progress(seconds, text)` is awaited as it goes on. Cancelling ends its process.
 
         Raises:
@@ -86,10 +86,10 @@ class Crew:
         finally:
             self._open -= 1
 
-    async def _in_process(self, job: Job, progress: Any) -> Done:
+    async def _in_process(self, job: JudgeJob, progress: Any) -> JobResult:
         limit = self._limits[job.kind]
-        order = msgspec.json.encode(Order(self._where, job, limit)) + b"\n"
-        result: Done | None = None
+        order = msgspec.json.encode(WorkerOrder(self._where, job, limit)) + b"\n"
+        result: JobResult | None = None
         process = await anyio.open_process(
             [sys.executable, "-P", "-c", _START, json.dumps(sys.path)],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=None,
@@ -102,7 +102,7 @@ class Crew:
                 await process.stdin.send(order)
                 await process.stdin.aclose()
                 async for line in _lines(process.stdout):
-                    told = msgspec.json.decode(line, type=Line)
+                    told = msgspec.json.decode(line, type=WorkerLine)
                     if told.done is not None:
                         result = told.done
                     elif progress is not None:
@@ -144,7 +144,7 @@ def main() -> None:
     """Do the job that comes in, and end."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever is printed meanwhile is no part of the answer
-    order = msgspec.json.decode(sys.stdin.buffer.readline(), type=Order)
+    order = msgspec.json.decode(sys.stdin.buffer.readline(), type=WorkerOrder)
     seconds = int(order.seconds) + 5
     with suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
@@ -153,14 +153,14 @@ def main() -> None:
         os.nice(5)
     with suppress(BrokenPipeError, KeyboardInterrupt):
         try:
-            result = done(order.job, ground_of(order.where), lambda at, text: _tell(out, Line(at, text)))
+            result = done(order.job, ground_of(order.where), lambda at, text: _tell(out, WorkerLine(at, text)))
         except FormigaError as error:
-            result = Done(error=str(error))
+            result = JobResult(error=str(error))
         except (MemoryError, RecursionError) as error:
-            result = Done(error=f"the task is too large to be worked at ({type(error).__name__}); make it smaller")
-        _tell(out, Line(done=result))
+            result = JobResult(error=f"the task is too large to be worked at ({type(error).__name__}); make it smaller")
+        _tell(out, WorkerLine(done=result))
 
 
-def _tell(out: IO[bytes], line: Line) -> None:
+def _tell(out: IO[bytes], line: WorkerLine) -> None:
     out.write(msgspec.json.encode(line) + b"\n")
     out.flush()

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from formiga_bt.llm.shaping.lifting import bare
-from formiga_bt.llm.words.questions import Person, Question
-from formiga_bt.llm.world import World
+from formiga_bt.llm.words.questions import AskedQuestion, Person
+from formiga_bt.llm.world import RequestWorld
 
 Step = Mapping[str, Any]
 _LISTS: Final = ("steps", "then", "else", "parallel", "sequence")
@@ -26,7 +26,9 @@ _OF_GOING: Final = re.compile(r"\b(?:go|fly|start|take off|deliver|ir|volar|desp
 _LANDS: Final = ("FlyAndLand", "LandIn")
 
 
-def as_asked(tree: Step, questions: Sequence[Question], world: World, added: list[str], *, height: str = "") -> Step:
+def as_asked(
+    tree: Step, questions: Sequence[AskedQuestion], world: RequestWorld, added: list[str], *, height: str = ""
+) -> Step:
     """Return a tree whose questions are put to whom the request names, and when it says.
 
     Args:
@@ -42,7 +44,7 @@ def as_asked(tree: Step, questions: Sequence[Question], world: World, added: lis
     return _asked_there(tree, moments[0], world, added, height) if len(moments) == 1 else tree
 
 
-def _each_agrees(tree: Step, question: Question, world: World, added: list[str]) -> Step:
+def _each_agrees(tree: Step, question: AskedQuestion, world: RequestWorld, added: list[str]) -> Step:
     """Return a tree in which each who must agree is asked, one after another."""
     roles = _roles(tree)
     asks = [(step, inside) for step, inside in _asks(tree) if _is_of(step, question.people, roles, world)]
@@ -83,7 +85,7 @@ def _each_agrees(tree: Step, question: Question, world: World, added: list[str])
     return changed
 
 
-def _asked_there(tree: Step, question: Question, world: World, added: list[str], height: str) -> Step:
+def _asked_there(tree: Step, question: AskedQuestion, world: RequestWorld, added: list[str], height: str) -> Step:
     """Return a tree in which the flight that the request tells of first is in front of the question."""
     machines = [
         one
@@ -107,7 +109,7 @@ def _asked_there(tree: Step, question: Question, world: World, added: list[str],
 
 
 def _there(
-    steps: Sequence[Any], question: Question, roles: Mapping[str, Step], world: World, height: str
+    steps: Sequence[Any], question: AskedQuestion, roles: Mapping[str, Step], world: RequestWorld, height: str
 ) -> tuple[int, list[Any]] | None:
     """Return where the questions of a list begin, and the list with the flight in front of them; None = not certain."""
     at = next((i for i, one in enumerate(steps) if _is_ask(one) and _is_of(one, question.people, roles, world)), None)
@@ -151,14 +153,14 @@ def _there(
     return at, [*head, *({k: v for k, v in one.items() if k != "save_as"} for one in asks), *rest[1:]]
 
 
-def _of_leaving(ask: Step, question: Question) -> Step:
+def _of_leaving(ask: Step, question: AskedQuestion) -> Step:
     """Return a question in words that fit the machine where it is: it no longer asks whether it may go there."""
     if _OF_GOING.search(str(ask["ask"])) is None:
         return ask
     return {**ask, "ask": "May the drone land?" if question.then == "land" else "May the drone leave?"}
 
 
-def _front(body: Sequence[Any], question: Question) -> int:
+def _front(body: Sequence[Any], question: AskedQuestion) -> int:
     """Return how many steps at the begin of a list are the flight that comes before the question; 0 = not certain."""
     count = 0
     reached = set()
@@ -174,7 +176,7 @@ def _front(body: Sequence[Any], question: Question) -> int:
     return count if reached == set(question.after) and (question.then == "land") == lands_next else 0
 
 
-def _named_apart(agents: Any, world: World) -> Iterator[Step]:
+def _named_apart(agents: Any, world: RequestWorld) -> Iterator[Step]:
     """Yield the roles; people of one name and several ids are called by these, for a name means one of them."""
     listed = [one for one in _listed(agents) if isinstance(one, dict)]
     for one in listed:
@@ -192,11 +194,11 @@ def _name_of(person: Person, roles: Mapping[str, Step]) -> str:
     return next((n for n, role in roles.items() if role.get("type") == person.type and not role.get("id")), person.type)
 
 
-def _is_of(ask: Step, people: Sequence[Person], roles: Mapping[str, Step], world: World) -> bool:
+def _is_of(ask: Step, people: Sequence[Person], roles: Mapping[str, Step], world: RequestWorld) -> bool:
     return any(_means(name, one, roles, world) for name in _people(ask) for one in people)
 
 
-def _means(name: str, person: Person, roles: Mapping[str, Step], world: World) -> bool:
+def _means(name: str, person: Person, roles: Mapping[str, Step], world: RequestWorld) -> bool:
     """Return whether a name of `of` may mean a person: a role, an id, a type, a role of the site."""
     agents = world.site.agents
     role = roles.get(name)
@@ -212,7 +214,7 @@ def _type_of(name: str, role: Step | None) -> str:
     return str(role.get("type")) if role is not None else name.rstrip("s")
 
 
-def _is_human(type_: str, world: World) -> bool:
+def _is_human(type_: str, world: RequestWorld) -> bool:
     known = world.catalogue.types.get(type_)
     return known is not None and known.human
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 from formiga_bt.base.units import NUMBER, UNIT, parse_quantity
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.model import Site
-from formiga_bt.llm.records import Value
+from formiga_bt.llm.records import ParamValue
 from formiga_bt.llm.words.wording import Words
 
 ASSUMED: Final = "assumed"
@@ -71,9 +71,9 @@ class Lifter:
             notes[index] = f'"{one.words}"' if one.words else ASSUMED
         return params, notes
 
-    def values(self) -> tuple[Value, ...]:
+    def values(self) -> tuple[ParamValue, ...]:
         """Return what the task would run with."""
-        return tuple(Value(one.name, one.text, one.words) for one in self._found.values())
+        return tuple(ParamValue(one.name, one.text, one.words) for one in self._found.values())
 
     def renamed(self, role: str) -> str:
         """Take a role's name as a model wrote it; return the one that it has in the task.

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from formiga_bt.base.diagnostics import CommandedTwice, Diagnostic, LeftAirborne, OnGround, UnusedName
-from formiga_bt.lang.json_form.reading import LoadedJson, Problem, load_task_json
+from formiga_bt.lang.json_form.reading import JsonProblem, LoadedJson, load_task_json
 from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.text.fixing import mend
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 MOST: Final = 12
 _STEP: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
@@ -23,7 +23,7 @@ FLYING: Final = "lib/flying.yaml"
 
 
 @dataclass(slots=True)
-class Mended:
+class FixedTask:
     """A task in JSON form after its mends, and what was done."""
 
     data: dict[str, Any]
@@ -31,7 +31,7 @@ class Mended:
     done: list[str] = field(default_factory=list)
 
 
-def mended(data: Mapping[str, Any], world: World) -> Mended:
+def mended(data: Mapping[str, Any], world: RequestWorld) -> FixedTask:
     """Check a task in JSON form, and mend what can be mended by a program."""
     now: dict[str, Any] = deepcopy(dict(data))
     done: list[str] = []
@@ -45,10 +45,12 @@ def mended(data: Mapping[str, Any], world: World) -> Mended:
     if loaded.task is None and any(p.diagnostic.fix is not None for p in loaded.problems):
         now, loaded, more = _fixed(now, loaded, world)
         done += more
-    return Mended(now, loaded, done)
+    return FixedTask(now, loaded, done)
 
 
-def _fixed(data: dict[str, Any], loaded: LoadedJson, world: World) -> tuple[dict[str, Any], LoadedJson, list[str]]:
+def _fixed(
+    data: dict[str, Any], loaded: LoadedJson, world: RequestWorld
+) -> tuple[dict[str, Any], LoadedJson, list[str]]:
     """Apply the fixes that the checker offers, as `formiga fix` does: a misspelt name, a missing unit."""
     name = "task.yaml"
 
@@ -69,11 +71,11 @@ def _fixed(data: dict[str, Any], loaded: LoadedJson, world: World) -> tuple[dict
     return (now, again, [one.message for one in fixed.applied]) if better else (data, loaded, [])
 
 
-def _load(data: Mapping[str, Any], world: World) -> LoadedJson:
+def _load(data: Mapping[str, Any], world: RequestWorld) -> LoadedJson:
     return load_task_json(dict(data), catalogue=world.catalogue, site=world.site, library=world.folders)
 
 
-def _mend(data: dict[str, Any], problem: Problem, world: World) -> str:
+def _mend(data: dict[str, Any], problem: JsonProblem, world: RequestWorld) -> str:
     """Mend one problem in place; return what was done, "" = nothing."""
     match problem.diagnostic.about:
         case LeftAirborne(role) if "steps" in data:
@@ -117,7 +119,7 @@ def _height(data: dict[str, Any]) -> str:
     return "height"
 
 
-def _airborne(data: dict[str, Any], problem: Problem) -> str:
+def _airborne(data: dict[str, Any], problem: JsonProblem) -> str:
     """Let a machine take off before what needs the air, or leave out a take-off in the air."""
     found = _step_at(data, problem.path)
     if found is None:

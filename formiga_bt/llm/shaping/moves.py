@@ -13,7 +13,7 @@ from formiga_bt.llm.shaping.rings import goals, landings, meant, round_
 from formiga_bt.llm.shaping.teams import GAP, gap_of, in_a_row, in_compass, is_list, spaced, turned_round
 from formiga_bt.llm.shaping.walking import all_steps
 from formiga_bt.llm.shaping.whereabouts import Whereabouts
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.landings import lands_only
 from formiga_bt.llm.words.wording import Words
 
@@ -38,7 +38,7 @@ class Moves:
         added: is told what was put right.
     """
 
-    def __init__(self, words: Words, verbs: Mapping[str, Verb], added: list[str]) -> None:
+    def __init__(self, words: Words, verbs: Mapping[str, AgentVerb], added: list[str]) -> None:
         self._words = words
         self._verbs = verbs
         self._added = added

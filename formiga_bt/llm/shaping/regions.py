@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.shaping.lifting import split_list
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.wording import Words
 
 _EXPLORE: Final = (
@@ -39,7 +39,7 @@ def looked_at(words: Words, regions: Collection[str]) -> frozenset[str]:
     return frozenset(found)
 
 
-def explorer(verbs: Mapping[str, Verb]) -> Verb | None:
+def explorer(verbs: Mapping[str, AgentVerb]) -> AgentVerb | None:
     """Return the one verb of a vocabulary that looks at all of a region, whatever it is called there."""
     found = [
         verb
@@ -61,7 +61,7 @@ class Regions:
     """
 
     def __init__(
-        self, words: Words, regions: Collection[str], verbs: Mapping[str, Verb], tree: Step, added: list[str]
+        self, words: Words, regions: Collection[str], verbs: Mapping[str, AgentVerb], tree: Step, added: list[str]
     ) -> None:
         self._regions = regions
         self._added = added

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.shaping.teams import is_list
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.wording import Words
 
 LEAST_POINTS: Final = 12
@@ -36,7 +36,7 @@ def round_(text: str, words: Words) -> str:
     return _POINTS.sub(turned, text)
 
 
-def along_ways(tree: Step, words: Words, verbs: Mapping[str, Verb], height: str, added: list[str]) -> Step:
+def along_ways(tree: Step, words: Words, verbs: Mapping[str, AgentVerb], height: str, added: list[str]) -> Step:
     """Return a tree in which a machine flies along a ring or a zigzag that it was told to land on, or to hover over.
 
     Args:

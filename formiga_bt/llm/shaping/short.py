@@ -26,11 +26,11 @@ from formiga_bt.llm.shaping.teams import in_compass, is_list, member_of
 from formiga_bt.llm.shaping.tidying import back_at_centre, branched, every_so_often, goes_on_with, homeward, only_on_yes
 from formiga_bt.llm.shaping.unasked import left_out
 from formiga_bt.llm.shaping.waits import without_idle_waits
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.at_once import at_once
 from formiga_bt.llm.words.only_question import only_question
 from formiga_bt.llm.words.questions import questions
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 STEPS: Final = ("parallel", "sequence", "for", "repeat", "if", "ask", "wait", "wait_until", "notify", "break_if")
 """Kinds of steps besides `do`."""
@@ -58,7 +58,7 @@ class Expanded:
     """What was added or put right by us, in words."""
 
 
-def expanded(tree: Any, world: World, verbs: Mapping[str, Verb], lifter: Lifter) -> Expanded:
+def expanded(tree: Any, world: RequestWorld, verbs: Mapping[str, AgentVerb], lifter: Lifter) -> Expanded:
     """Return what a task in short form means.
 
     Args:
@@ -74,7 +74,7 @@ def expanded(tree: Any, world: World, verbs: Mapping[str, Verb], lifter: Lifter)
 
 
 class _Expander:
-    def __init__(self, world: World, verbs: Mapping[str, Verb], lifter: Lifter) -> None:
+    def __init__(self, world: RequestWorld, verbs: Mapping[str, AgentVerb], lifter: Lifter) -> None:
         self._world = world
         self._verbs = verbs
         self._lift = lifter

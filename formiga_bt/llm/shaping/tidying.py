@@ -13,7 +13,7 @@ from formiga_bt.base.units import parse_quantity
 from formiga_bt.llm.shaping.lifting import bare
 from formiga_bt.llm.shaping.moves import HEIGHT
 from formiga_bt.llm.shaping.walking import INNER, all_steps
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.endings import stations
 from formiga_bt.llm.words.wording import Words
@@ -87,7 +87,7 @@ def homeward(steps: list[Any], known: Collection[str], added: list[str]) -> list
 
 
 def back_at_centre(
-    tree: Mapping[str, Any], request: str, verbs: Mapping[str, Verb], added: list[str]
+    tree: Mapping[str, Any], request: str, verbs: Mapping[str, AgentVerb], added: list[str]
 ) -> Mapping[str, Any]:
     """Return a tree whose one ring ends over its middle, if the request wants that and no step goes there.
 

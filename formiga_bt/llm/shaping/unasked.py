@@ -12,7 +12,7 @@ from formiga_bt.llm.shaping.lifting import bare, split_list
 from formiga_bt.llm.shaping.teams import gap_of
 from formiga_bt.llm.shaping.walking import INNER, all_steps
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _SIDE: Final = re.compile(
     r"\b(?:(?:north|south|east|west)\w*|norte|sur|este|oeste|n[oe]r?[od]este|sureste|suroeste|offset|[NSEW])\b",
@@ -33,7 +33,7 @@ _WHERE: Final = ("to", "at", "way")
 Step = Mapping[str, Any]
 
 
-def left_out(tree: Mapping[str, Any], words: Words, world: World, added: list[str]) -> Mapping[str, Any]:
+def left_out(tree: Mapping[str, Any], words: Words, world: RequestWorld, added: list[str]) -> Mapping[str, Any]:
     """Return a tree without what nobody asked for.
 
     Args:
@@ -47,7 +47,7 @@ def left_out(tree: Mapping[str, Any], words: Words, world: World, added: list[st
     return changed
 
 
-def _taken(tree: Mapping[str, Any], words: Words, world: World) -> Mapping[float, str]:
+def _taken(tree: Mapping[str, Any], words: Words, world: RequestWorld) -> Mapping[float, str]:
     """Return the lengths in metres that are a swing or a radius, and nothing else: the request says each once, and no side."""
     roles = tree.get("agents")
     types = world.catalogue.types

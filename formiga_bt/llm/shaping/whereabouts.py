@@ -18,7 +18,7 @@ _ASKED: Final = re.compile(
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class PossiblePlace:
     """Where a machine may be."""
 
     place: str
@@ -29,14 +29,14 @@ class Spot:
     """It is there only if all this was answered."""
 
 
-NOWHERE: Final = Spot("", "in the air")
+NOWHERE: Final = PossiblePlace("", "in the air")
 
 
 @dataclass(slots=True)
 class State:
     """What is known of all machines."""
 
-    spots: dict[str, tuple[Spot, ...]] = field(default_factory=dict)
+    spots: dict[str, tuple[PossiblePlace, ...]] = field(default_factory=dict)
     """Agent -> where it may be; who was sent nowhere is missing."""
     teams: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Team -> the place that it was told, and the list that its members are at."""
@@ -67,14 +67,14 @@ class Whereabouts:
         self._forks: list[_Fork] = []
         self._loops = 0
 
-    def of(self, agent: str) -> tuple[Spot, ...]:
+    def of(self, agent: str) -> tuple[PossiblePlace, ...]:
         """Return where a machine may be, by what is answered here; () = it was sent nowhere."""
         return tuple(spot for spot in self.now.spots.get(agent, ()) if _can_be(spot.given | self._given))
 
-    def only(self, agent: str) -> Spot:
+    def only(self, agent: str) -> PossiblePlace:
         """Return where a machine is, if that is certain; else `NOWHERE`."""
         found = {(spot.place, spot.height) for spot in self.of(agent)}
-        return Spot(*found.pop()) if len(found) == 1 else NOWHERE
+        return PossiblePlace(*found.pop()) if len(found) == 1 else NOWHERE
 
     def others(self, agent: str) -> set[tuple[str, str]]:
         """Return place and height where any other machine may be."""
@@ -83,7 +83,7 @@ class Whereabouts:
 
     def goes(self, agent: str, place: str, height: str) -> None:
         """Keep where a machine is sent."""
-        self.now.spots[agent] = (Spot(place, height, self._given),)
+        self.now.spots[agent] = (PossiblePlace(place, height, self._given),)
 
     def leaves(self, agent: str) -> None:
         """Keep that a machine is sent home."""
@@ -152,7 +152,7 @@ def _joined(
     one: State, other: State, yes: frozenset[Answer] = frozenset(), no: frozenset[Answer] = frozenset()
 ) -> State:
     """Return what is known after one of two branches, and nobody knows which."""
-    spots: dict[str, tuple[Spot, ...]] = {}
+    spots: dict[str, tuple[PossiblePlace, ...]] = {}
     for agent in (*one.spots, *other.spots):
         a, b = one.spots.get(agent, (NOWHERE,)), other.spots.get(agent, (NOWHERE,))
         spots[agent] = a if a == b else tuple(dict.fromkeys([*_under(a, yes), *_under(b, no)]))
@@ -161,5 +161,5 @@ def _joined(
     return State(spots, teams, moved)
 
 
-def _under(spots: Iterable[Spot], given: frozenset[Answer]) -> Iterator[Spot]:
+def _under(spots: Iterable[PossiblePlace], given: frozenset[Answer]) -> Iterator[PossiblePlace]:
     yield from (replace(spot, given=spot.given | given) for spot in spots)

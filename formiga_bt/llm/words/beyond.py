@@ -11,7 +11,7 @@ from formiga_bt.llm.records import Round
 from formiga_bt.llm.words.feasible import Impossible, height_limit_m
 from formiga_bt.llm.words.spoken import said
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 SAME_M: Final = 1.0
@@ -19,7 +19,7 @@ SAME_M: Final = 1.0
 _MOST_NAMES: Final = 12
 
 
-def beyond(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+def beyond(rounds: Sequence[Round], request: str, world: RequestWorld) -> Impossible | None:
     """Return why none of the answers passed, if that lies in the request and not in the model.
 
     Args:
@@ -30,7 +30,7 @@ def beyond(rounds: Sequence[Round], request: str, world: World) -> Impossible | 
     return _unknown(rounds, request, world) or _too_far(rounds) or _too_high(rounds, request, world)
 
 
-def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+def _unknown(rounds: Sequence[Round], request: str, world: RequestWorld) -> Impossible | None:
     """Find a name of the request that every answer took for one of the site's."""
     trees = [one for one in rounds if one.yaml or one.shortfalls]
     names = [{found.unknown for found in one.shortfalls if found.code == "E010"} - {""} for one in trees]
@@ -58,7 +58,7 @@ def _too_far(rounds: Sequence[Round]) -> Impossible | None:
     return None
 
 
-def _too_high(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+def _too_high(rounds: Sequence[Round], request: str, world: RequestWorld) -> Impossible | None:
     """Find an answer that flies as high as the request says, which is higher than anything may."""
     limit = height_limit_m(world)
     for one in rounds:

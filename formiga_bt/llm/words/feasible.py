@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.vocabulary import AgentVerb
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.strangers import stranger
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _HIGH: Final = re.compile(
     r"\s*(?:high|up|above|altitude|of altitude|over|de alt(?:o|ura)|korkeudella|korkealla)\b", re.IGNORECASE
@@ -64,7 +64,7 @@ class Impossible:
     instead: str
 
 
-def impossible(words: Words, world: World, verbs: Mapping[str, Verb]) -> Impossible | None:
+def impossible(words: Words, world: RequestWorld, verbs: Mapping[str, AgentVerb]) -> Impossible | None:
     """Return what stands against a request for certain, or None."""
     return (
         _unsafe(words)
@@ -86,7 +86,7 @@ def _unsafe(words: Words) -> Impossible | None:
     )
 
 
-def _cannot(words: Words, verbs: Mapping[str, Verb]) -> Impossible | None:
+def _cannot(words: Words, verbs: Mapping[str, AgentVerb]) -> Impossible | None:
     known = " ".join(f"{verb.name} {verb.help} {' '.join(verb.fields)}" for verb in verbs.values()).casefold()
     for match in re.finditer(_ORDERED.format("|".join(DOINGS)), words.text, re.IGNORECASE):
         if match[1].casefold() not in known and not _MOVING.match(f"{match[1]}{words.text[match.end(1) :]}"):
@@ -95,7 +95,7 @@ def _cannot(words: Words, verbs: Mapping[str, Verb]) -> Impossible | None:
     return None
 
 
-def _too_many(words: Words, world: World) -> Impossible | None:
+def _too_many(words: Words, world: RequestWorld) -> Impossible | None:
     types = world.catalogue.types
     for name, wanted in words.counts.items():
         here = [
@@ -110,7 +110,7 @@ def _too_many(words: Words, world: World) -> Impossible | None:
     return None
 
 
-def _nobody(words: Words, world: World) -> Impossible | None:
+def _nobody(words: Words, world: RequestWorld) -> Impossible | None:
     """Find agents that are named as those of the site are, and are not there."""
     site = world.site
     for type_ in world.catalogue.types:
@@ -122,7 +122,7 @@ def _nobody(words: Words, world: World) -> Impossible | None:
     return None
 
 
-def _stranger(words: Words, world: World) -> Impossible | None:
+def _stranger(words: Words, world: RequestWorld) -> Impossible | None:
     who = stranger(words, world)
     if not who:
         return None
@@ -131,14 +131,14 @@ def _stranger(words: Words, world: World) -> Impossible | None:
     return Impossible(f'the site {site.name} has no "{who}"', f"with one of {', '.join(here)}" if here else "")
 
 
-def height_limit_m(world: World) -> float | None:
+def height_limit_m(world: RequestWorld) -> float | None:
     """Return how high over the ground a machine may fly here, at most; None = nothing is said."""
     limits = [t.limits["max_height_m"] for t in world.catalogue.types.values() if "max_height_m" in t.limits]
     limits += [world.site.envelope["max_height_m"]] if "max_height_m" in world.site.envelope else []
     return min(limits, default=None)
 
 
-def _too_high(words: Words, world: World) -> Impossible | None:
+def _too_high(words: Words, world: RequestWorld) -> Impossible | None:
     limit = height_limit_m(world)
     if limit is None:
         return None

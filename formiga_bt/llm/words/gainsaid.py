@@ -12,7 +12,7 @@ from formiga_bt.llm.words.feasible import height_limit_m
 from formiga_bt.llm.words.known_words import unknown_words
 from formiga_bt.llm.words.strangers import speaks_of_stranger
 from formiga_bt.llm.words.wording import DRONES, LIGHT_HEAVY, Words, read, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _DENIES: Final = re.compile(
     r"\b(?:no|not|never|none|nobody|nothing|only|cannot|outside|beyond|too|higher|above|lower|longer|farther|further|more|less|"
@@ -68,7 +68,7 @@ _PLURAL: Final = re.compile(
 )
 
 
-def gainsaid(reason: str, words: Words, world: World) -> str:
+def gainsaid(reason: str, words: Words, world: RequestWorld) -> str:
     """Return what is wrong with a reason why something is impossible; "" = nothing is for certain.
 
     Args:
@@ -90,7 +90,7 @@ def gainsaid(reason: str, words: Words, world: World) -> str:
     )
 
 
-def is_groundless(reason: str, words: Words, world: World) -> bool:
+def is_groundless(reason: str, words: Words, world: RequestWorld) -> bool:
     """Return whether a reason speaks of danger, and the request of nothing that might be in danger or be one."""
     types, agents = world.catalogue.types, world.site.agents
     people = any(types[one].human for one in types_said(words, world.catalogue))
@@ -100,7 +100,7 @@ def is_groundless(reason: str, words: Words, world: World) -> bool:
     return _DANGER.search(reason) is not None and not risky
 
 
-def is_flown(words: Words, world: World) -> bool:
+def is_flown(words: Words, world: RequestWorld) -> bool:
     """Return whether nothing is said in a request but flights, in words that are all known, and nothing of people."""
     types, agents = world.catalogue.types, world.site.agents
     people = any(types[one].human for one in types_said(words, world.catalogue))
@@ -108,7 +108,7 @@ def is_flown(words: Words, world: World) -> bool:
     return not people and not unknown_words(words, world)
 
 
-def _height(reason: str, words: Words, world: World) -> str:
+def _height(reason: str, words: Words, world: RequestWorld) -> str:
     if not re.search(r"\bhigher than\b|\btoo high\b|\babove the limit\b", reason, re.IGNORECASE):
         return ""
     limit = height_limit_m(world)
@@ -123,7 +123,7 @@ def _height(reason: str, words: Words, world: World) -> str:
     return ""
 
 
-def _distance(reason: str, words: Words, world: World) -> str:
+def _distance(reason: str, words: Words, world: RequestWorld) -> str:
     if not re.search(r"\boutside the fence\b|\bbeyond the fence\b|\btoo far\b", reason, re.IGNORECASE) or words.points:
         return ""
     said = [one for one in read(reason, world.site, world.catalogue).amounts if one.type == "distance"]
@@ -132,7 +132,7 @@ def _distance(reason: str, words: Words, world: World) -> str:
     return ""
 
 
-def _verb(reason: str, world: World) -> str:
+def _verb(reason: str, world: RequestWorld) -> str:
     """Find what a verb of the catalogue does: nothing else may be said of it than where."""
     verbs = verbs_of(world)
     doings = _FLIES if {"FlyTo", "GoTo"} & verbs.keys() else "(?!)"
@@ -156,7 +156,7 @@ def _count(reason: str, words: Words) -> str:
     return "the answer says that there are too few machines, and there are enough"
 
 
-def _machine(reason: str, words: Words, world: World) -> str:
+def _machine(reason: str, words: Words, world: RequestWorld) -> str:
     """Find a type that is there, said not to be; and `no such machine` where the request has no other than the site's."""
     types, agents = world.catalogue.types, world.site.agents.values()
     there = {one.type for one in agents} | {up for one in agents for up in types[one.type].extends}
@@ -183,7 +183,7 @@ def _without(words: Words) -> str:
     return text
 
 
-def _anything(reason: str, words: Words, world: World) -> str:
+def _anything(reason: str, words: Words, world: RequestWorld) -> str:
     """Find what is said to be missing, where the request has no word but those of flights: nothing can be."""
     if _MISSING.search(reason) and is_flown(words, world):
         return f'the answer says "{reason.strip(" .")}", and the request wants nothing but flights'

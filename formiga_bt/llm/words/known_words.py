@@ -10,7 +10,7 @@ from typing import Final
 from formiga_bt.base.units import UNITS
 from formiga_bt.llm.words.amounts import NUMBERS, OTHER_UNITS, UNIT_WORDS
 from formiga_bt.llm.words.wording import DRONES, LIGHT_HEAVY, PEOPLE, Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _LOOK: Final = """
     look looks looking check checks checking inspect inspects inspecting watch watches watching observe observes see
@@ -82,7 +82,7 @@ _PHRASES: Final = re.compile(
 _WORD: Final = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)?")
 
 
-def unknown_words(words: Words, world: World) -> list[str]:
+def unknown_words(words: Words, world: RequestWorld) -> list[str]:
     """Return the words of a request that are neither known here nor names of the site, its machines and its people."""
     types = world.catalogue.types.values()
     names = [*words.places.values(), *words.agents.values()]
@@ -95,7 +95,7 @@ def unknown_words(words: Words, world: World) -> list[str]:
     return [one for match in _WORD.finditer(text) if (one := match[0].casefold()) not in plain]
 
 
-def goes_nowhere(words: Words, world: World) -> bool:
+def goes_nowhere(words: Words, world: RequestWorld) -> bool:
     """Return whether a request wants a flight to somewhere, and certainly does not say where to."""
     if words.places or len(words.agents) > 1 or unknown_words(words, world):
         return False

@@ -12,7 +12,7 @@ from typing import Final, Literal
 from formiga_bt.base.geo import Place
 from formiga_bt.llm.words.question_words import AGREES, ASKED, CASE, DET, clause_of
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 Next = Literal["land", "leave", "go on", ""]
 """What a yes leads to: a landing, a way from where the machine is, a wait that ends; "" = that is not read."""
@@ -57,7 +57,7 @@ _GOES_TO: Final = re.compile(
 _PART: Final = re.compile(r"[.;:,](?!\d)|\b(?:and|then|y|luego|entonces)\b", CASE)
 
 
-def moment_of(text: str, start: int, end: int, words: Words, world: World) -> tuple[tuple[str, ...], Next]:
+def moment_of(text: str, start: int, end: int, words: Words, world: RequestWorld) -> tuple[tuple[str, ...], Next]:
     """Return where the machine has been when people are asked, and what a yes leads to; ((), "") = that is not certain."""
     lead = text[:start]
     leaving = _BEFORE_LEAVING.match(text, end)
@@ -143,7 +143,7 @@ def _by_asking(text: str, start: int, end: int) -> tuple[int, Next]:
     return began, "land" if after["land"] else "leave"
 
 
-def _reached(text: str, words: Words, world: World, *, to_land: bool) -> tuple[str, ...]:
+def _reached(text: str, words: Words, world: RequestWorld, *, to_land: bool) -> tuple[str, ...]:
     """Return the places that a machine goes to in this part of a request, in its order; () = not certain.
 
     Args:

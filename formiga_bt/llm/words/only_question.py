@@ -11,7 +11,7 @@ from typing import Any, Final
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.questions import Person, in_one_line, questions
 from formiga_bt.llm.words.wording import DRONES, Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _I: Final = re.IGNORECASE
 _FLY: Final = (
@@ -58,7 +58,7 @@ class OnlyQuestion:
     text: str
 
 
-def only_question(words: Words, world: World) -> OnlyQuestion | None:
+def only_question(words: Words, world: RequestWorld) -> OnlyQuestion | None:
     """Return the question of a request that wants nothing but it; None = it wants more, or that is not certain.
 
     Args:
@@ -96,7 +96,7 @@ def tree_of(asked: OnlyQuestion) -> dict[str, Any]:
     return {"task": "AskOnly", "agents": people, "steps": steps}
 
 
-def _has_machines(said: str, words: Words, world: World) -> bool:
+def _has_machines(said: str, words: Words, world: RequestWorld) -> bool:
     types = world.catalogue.types
     named = any(not types[world.site.agents[one].type].human for one in words.agents)
     typed = any(not types[one].human for one in types_said(words, world.catalogue))

@@ -26,7 +26,7 @@ _TOOTH: Final = r"saw(?:[- ]?(?:blade|tooth|teeth))?"
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Phrasing:
     """Words that mean a plain word. Forms stand in the order of the plain ones: `weave|weaves`, `fly ..|flies ..`."""
 
     forms: str
@@ -37,86 +37,88 @@ class Way:
     """Whether a task that does not do the plain thing is wrong."""
 
 
-DEEDS: Final[Mapping[str, tuple[Way, ...]]] = {
+DEEDS: Final[Mapping[str, tuple[Phrasing, ...]]] = {
     "zigzag": (
-        Way("weave|weaves|weaving", "fly in a zigzag|flies in a zigzag|flying in a zigzag", r"(?:\s+(?:its|their) way)?"),
-        Way(
+        Phrasing("weave|weaves|weaving", "fly in a zigzag|flies in a zigzag|flying in a zigzag", r"(?:\s+(?:its|their) way)?"),
+        Phrasing(
             "serpentea|serpentee|serpentear|serpenteando",
             "vuela en zigzag|vuele en zigzag|volar en zigzag|volando en zigzag",
         ),
-        Way(rf"(?:like|as|in the shape of) (?:(?:a|an|the) )?(?:(?:teeth|edge) of (?:a|the) )?{_TOOTH}", "in a zigzag"),
-        Way(rf"(?:in )?(?:a )?{_TOOTH}(?:ed)? (?:line|pattern|course|path|shape)", "in a zigzag"),
-        Way(r"in (?:a )?(?:slalom|serpentines?|saw[- ]?tooth)", "in a zigzag", r"(?: (?:line|pattern|course|path))?"),
-        Way(r"(?:a|the) (?:slalom|serpentine)", "a zigzag", r"(?: (?:line|pattern|course|path))?"),
-        Way("slalom|slaloms|slaloming", "fly in a zigzag|flies in a zigzag|flying in a zigzag"),
-        Way(r"serpentines?|saw[- ]?tooth", "zigzag"),
-        Way(r"zig zag", "zigzag"),
-        Way(r"(?:(?:en|como|con) )?(?:forma de )?(?:(?:los )?dientes de (?:una )?sierra|una sierra)", "en zigzag"),
-        Way(r"en (?:un )?(?:eslalon|eslálom|slalom|serpentina)", "en zigzag"),
-        Way(r"un (?:eslalon|eslálom|slalom)", "un zigzag"),
+        Phrasing(rf"(?:like|as|in the shape of) (?:(?:a|an|the) )?(?:(?:teeth|edge) of (?:a|the) )?{_TOOTH}", "in a zigzag"),
+        Phrasing(rf"(?:in )?(?:a )?{_TOOTH}(?:ed)? (?:line|pattern|course|path|shape)", "in a zigzag"),
+        Phrasing(r"in (?:a )?(?:slalom|serpentines?|saw[- ]?tooth)", "in a zigzag", r"(?: (?:line|pattern|course|path))?"),
+        Phrasing(r"(?:a|the) (?:slalom|serpentine)", "a zigzag", r"(?: (?:line|pattern|course|path))?"),
+        Phrasing("slalom|slaloms|slaloming", "fly in a zigzag|flies in a zigzag|flying in a zigzag"),
+        Phrasing(r"serpentines?|saw[- ]?tooth", "zigzag"),
+        Phrasing(r"zig zag", "zigzag"),
+        Phrasing(r"(?:(?:en|como|con) )?(?:forma de )?(?:(?:los )?dientes de (?:una )?sierra|una sierra)", "en zigzag"),
+        Phrasing(r"en (?:un )?(?:eslalon|eslálom|slalom|serpentina)", "en zigzag"),
+        Phrasing(r"un (?:eslalon|eslálom|slalom)", "un zigzag"),
     ),
     "land": (
-        Way("touch down|touches down|touching down", "land|lands|landing", _PLACE_AT),
-        Way("(?<!be )(?<!is )(?<!are )set down|sets down|setting down", "land|lands|landing", _PLACE_AT),
-        Way("(?<!be )(?<!is )(?<!are )put down|puts down|putting down", "land|lands|landing", _PLACE_AT),
-        Way("settle down|settles down|settling down", "land|lands|landing", _PLACE_AT),
-        Way("settle|settles|settling", "land|lands|landing", r"(?=\s+(?:at|in|on|by|near|beside|there)\b)"),
-        Way("alight|alights|alighting", "land|lands|landing", _PLACE_AT),
-        Way("come to rest|comes to rest|coming to rest", "land|lands|landing", _PLACE_AT),
-        Way("touchdown", "landing", r"(?=\s+(?:at|in|on|by|near)\b)"),
-        Way("se posa|se pose|posarse|se posan|se posen", "aterriza|aterrice|aterrizar|aterrizan|aterricen"),
-        Way(
+        Phrasing("touch down|touches down|touching down", "land|lands|landing", _PLACE_AT),
+        Phrasing("(?<!be )(?<!is )(?<!are )set down|sets down|setting down", "land|lands|landing", _PLACE_AT),
+        Phrasing("(?<!be )(?<!is )(?<!are )put down|puts down|putting down", "land|lands|landing", _PLACE_AT),
+        Phrasing("settle down|settles down|settling down", "land|lands|landing", _PLACE_AT),
+        Phrasing("settle|settles|settling", "land|lands|landing", r"(?=\s+(?:at|in|on|by|near|beside|there)\b)"),
+        Phrasing("alight|alights|alighting", "land|lands|landing", _PLACE_AT),
+        Phrasing("come to rest|comes to rest|coming to rest", "land|lands|landing", _PLACE_AT),
+        Phrasing("touchdown", "landing", r"(?=\s+(?:at|in|on|by|near)\b)"),
+        Phrasing("se posa|se pose|posarse|se posan|se posen", "aterriza|aterrice|aterrizar|aterrizan|aterricen"),
+        Phrasing(
             "toma tierra|tome tierra|tomar tierra|toman tierra|tomen tierra",
             "aterriza|aterrice|aterrizar|aterrizan|aterricen",
         ),
-        Way(
+        Phrasing(
             "toca tierra|toque tierra|tocar tierra|toca el suelo|toque el suelo|tocar el suelo",
             "aterriza|aterrice|aterrizar|aterriza|aterrice|aterrizar",
         ),
     ),
     "circle": (
-        Way("encircle|encircles|encircling", "circle|circles|circling"),
-        Way("circumnavigate|circumnavigates|circumnavigating", "circle|circles|circling"),
-        Way(r"(?:round|circular) flight|flight in a circle|(?:closed|full) (?:ring|loop)", "circle", rf"(?={_OF}{_ROUND})"),
-        Way("three[- ]sixty|360(?! ?(?:m|s|degrees?|°))|360[- ]degree (?:turn|orbit)", "circle", rf"(?={_ROUND})"),
-        Way("loop|loops|looping", "circle|circles|circling", rf"(?={_ROUND})", sure=False),
-        Way("round trip|circular trip|circuit|full turn", "circle", rf"(?={_ROUND})(?![^.]*:)", sure=False),
-        Way(
+        Phrasing("encircle|encircles|encircling", "circle|circles|circling"),
+        Phrasing("circumnavigate|circumnavigates|circumnavigating", "circle|circles|circling"),
+        Phrasing(
+            r"(?:round|circular) flight|flight in a circle|(?:closed|full) (?:ring|loop)", "circle", rf"(?={_OF}{_ROUND})"
+        ),
+        Phrasing("three[- ]sixty|360(?! ?(?:m|s|degrees?|°))|360[- ]degree (?:turn|orbit)", "circle", rf"(?={_ROUND})"),
+        Phrasing("loop|loops|looping", "circle|circles|circling", rf"(?={_ROUND})", sure=False),
+        Phrasing("round trip|circular trip|circuit|full turn", "circle", rf"(?={_ROUND})(?![^.]*:)", sure=False),
+        Phrasing(
             "gira|gire|girar|dar vueltas|da vueltas|dé vueltas", "orbita|orbite|orbitar|orbitar|orbita|orbite",
             r"(?=\s+(?:alrededor|en torno)\b)", sure=False,
         ),
-        Way("circunvala|circunvale|circunvalar", "rodea|rodee|rodear"),
-        Way(r"vuelo circular|vuelo en círculo", "círculo", r"(?=\s+(?:alrededor|en torno)\b)"),
+        Phrasing("circunvala|circunvale|circunvalar", "rodea|rodee|rodear"),
+        Phrasing(r"vuelo circular|vuelo en círculo", "círculo", r"(?=\s+(?:alrededor|en torno)\b)"),
     ),
     "hover": (
-        Way("loiter|loiters|loitering", "hover|hovers|hovering"),
-        Way("take station|takes station|taking station", "hover|hovers|hovering", _OVER),
-        Way("hold station|holds station|holding station", "hover|hovers|hovering", _OVER),
-        Way("station itself|stations itself", "hover|hovers", _OVER),
-        Way("hang|hangs|hanging", "hover|hovers|hovering", r"(?:\s+in the air)?" + _OVER),
-        Way("remain stationary|remains stationary|stay stationary|stays stationary", "hover|hovers|hover|hovers"),
-        Way("flota|flote|flotar", "se queda|se quede|quedarse", _SOBRE),
-        Way(
+        Phrasing("loiter|loiters|loitering", "hover|hovers|hovering"),
+        Phrasing("take station|takes station|taking station", "hover|hovers|hovering", _OVER),
+        Phrasing("hold station|holds station|holding station", "hover|hovers|hovering", _OVER),
+        Phrasing("station itself|stations itself", "hover|hovers", _OVER),
+        Phrasing("hang|hangs|hanging", "hover|hovers|hovering", r"(?:\s+in the air)?" + _OVER),
+        Phrasing("remain stationary|remains stationary|stay stationary|stays stationary", "hover|hovers|hover|hovers"),
+        Phrasing("flota|flote|flotar", "se queda|se quede|quedarse", _SOBRE),
+        Phrasing(
             "se mantiene|se mantenga|mantenerse", "se queda|se quede|quedarse",
             r"(?:\s+(?:suspendido|suspendida|en el aire|flotando|quieto|parado))?" + _SOBRE,
         ),
     ),
     "park": (
-        Way("gather|gathers|assemble|assembles|collect|collects", "park|parks|park|parks|park|parks", _MACHINES_DOWN),
+        Phrasing("gather|gathers|assemble|assembles|collect|collects", "park|parks|park|parks|park|parks", _MACHINES_DOWN),
     ),
     "go": (
-        Way("swing by|swings by|drop by|drops by|stop by|stops by|call at|calls at", _FLY_TO),
-        Way("drop in at|drops in at|drop in on|drops in on|pop over to|pops over to|nip over to|nips over to", _FLY_TO),
-        Way("hop over to|hops over to|dash to|dashes to|make for|makes for|push on to|pushes on to", _FLY_TO),
+        Phrasing("swing by|swings by|drop by|drops by|stop by|stops by|call at|calls at", _FLY_TO),
+        Phrasing("drop in at|drops in at|drop in on|drops in on|pop over to|pops over to|nip over to|nips over to", _FLY_TO),
+        Phrasing("hop over to|hops over to|dash to|dashes to|make for|makes for|push on to|pushes on to", _FLY_TO),
     ),
     "home": (
-        Way("head back|heads back|fly back|flies back", "come home|comes home|come home|comes home", _AT_END),
-        Way("pull back|pulls back", "come home|comes home", _AT_END),
-        Way("come back|comes back", "come home|comes home", _AT_END),
-        Way(
+        Phrasing("head back|heads back|fly back|flies back", "come home|comes home|come home|comes home", _AT_END),
+        Phrasing("pull back|pulls back", "come home|comes home", _AT_END),
+        Phrasing("come back|comes back", "come home|comes home", _AT_END),
+        Phrasing(
             "(?<!in )(?<!on )(?<!the )(?<!a )(?<!its )return|returns", "return home|returns home", _AT_END
         ),
-        Way(
+        Phrasing(
             "vuelve|vuelva|vuelven|vuelvan|volver|regresa|regrese|regresan|regresen|regresar",
             "vuelve a casa|vuelva a casa|vuelven a casa|vuelvan a casa|volver a casa|"
             "regresa a casa|regrese a casa|regresan a casa|regresen a casa|regresar a casa",
@@ -233,7 +235,7 @@ def _speaks_of_zigzag(text: str) -> bool:
     return re.search(r"\bzig-?zag", text, re.IGNORECASE) is not None
 
 
-def _replaced(text: str, way: Way) -> str:
+def _replaced(text: str, way: Phrasing) -> str:
     """Return a text with the plain forms of one way of speaking."""
     plain = way.plain.split("|")
     for form, said in zip(way.forms.split("|"), plain, strict=True) if len(plain) > 1 else [(way.forms, way.plain)]:

@@ -10,7 +10,7 @@ from typing import Final
 
 from formiga_bt.base.geo import Frame, Place
 from formiga_bt.lang.model import Site
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 SAME_M: Final = 2.0
 """So near to a place of the site a point is that place."""
@@ -24,7 +24,7 @@ _COORDINATES: Final = re.compile(
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class RequestPoint:
     """A point of a request."""
 
     lat: float
@@ -39,20 +39,20 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class NamedRequest:
     """A request with names in place of coordinates."""
 
     text: str
-    points: Mapping[str, Point] = field(default_factory=dict)
+    points: Mapping[str, RequestPoint] = field(default_factory=dict)
     """Name -> point; those that are no place of the site."""
     said: Mapping[str, str] = field(default_factory=dict)
     """Name of a place -> the coordinates that stood for it."""
 
 
-def named(request: str, site: Site) -> Named:
+def named(request: str, site: Site) -> NamedRequest:
     """Return a request with names for its coordinates."""
     frame = Frame(site.lat, site.lng, site.ground_msl_m)
-    points: dict[str, Point] = {}
+    points: dict[str, RequestPoint] = {}
     said: dict[str, str] = {}
 
     def name(match: re.Match[str]) -> str:
@@ -74,18 +74,18 @@ def named(request: str, site: Site) -> Named:
         number = 1 + len(points)
         while f"point_{number}" in site.places:
             number += 1
-        points[f"point_{number}"] = Point(lat, lng, match[0])
+        points[f"point_{number}"] = RequestPoint(lat, lng, match[0])
         said[f"point_{number}"] = match[0]
         return f"point_{number}"
 
-    return Named(_COORDINATES.sub(name, request), points, said)
+    return NamedRequest(_COORDINATES.sub(name, request), points, said)
 
 
 def _far_m(a: Place, b: Place) -> float:
     return max(abs(a.east_m - b.east_m), abs(a.north_m - b.north_m))
 
 
-def with_points(world: World, points: Mapping[str, Point]) -> World:
+def with_points(world: RequestWorld, points: Mapping[str, RequestPoint]) -> RequestWorld:
     """Return a world whose site has the points of a request as places."""
     if not points:
         return world

@@ -18,7 +18,7 @@ from formiga_bt.llm.words.moments import Next, moment_of
 from formiga_bt.llm.words.question_words import AGREES, ASKED, AUX, BY, CASE, DET, SAYS, YES, clause_of
 from formiga_bt.llm.words.spoken import pattern_of
 from formiga_bt.llm.words.wording import PEOPLE, Words
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 _LINK: Final = re.compile(
     rf"[\s)]*(?:there\s*)?(?:'s)?\s*(?:{AUX}(?:{SAYS}))?[\s,)]*(?:(?:and|y|e|or|o|u|then|also|afterwards|next|likewise|plus|"
@@ -64,7 +64,7 @@ class Person:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class AskedQuestion:
     """People who are asked something at one moment."""
 
     people: tuple[Person, ...]
@@ -85,7 +85,7 @@ class _Mention:
     end: int
 
 
-def questions(words: Words, world: World) -> tuple[Question, ...]:
+def questions(words: Words, world: RequestWorld) -> tuple[AskedQuestion, ...]:
     """Return the questions that a request speaks of for certain, in its order; a person is in the first one only.
 
     Args:
@@ -93,7 +93,7 @@ def questions(words: Words, world: World) -> tuple[Question, ...]:
         world: its people.
     """
     text = unquoted(in_one_line(words))
-    found: list[Question] = []
+    found: list[AskedQuestion] = []
     seen: set[Person] = set()
     for group in _groups(text, list(_mentions(text, words, world))):
         start, end = group[0].start, group[-1].end
@@ -105,17 +105,17 @@ def questions(words: Words, world: World) -> tuple[Question, ...]:
         between = "".join(text[a.end : b.start] for a, b in pairwise(group))
         any_ = _OR.search(between) is not None or _ONE_OF.search(text[:start]) is not None
         after, then = moment_of(text, start, end, words, world)
-        found.append(Question(people, not any_, start, end, after, then))
+        found.append(AskedQuestion(people, not any_, start, end, after, then))
     return tuple(_together(text, found))
 
 
-def _together(text: str, found: Iterable[Question]) -> Iterator[Question]:
+def _together(text: str, found: Iterable[AskedQuestion]) -> Iterator[AskedQuestion]:
     """Yield the questions; those are one of which each only goes on with the people: `ask her; then have him confirm`."""
-    last: Question | None = None
+    last: AskedQuestion | None = None
     for one in found:
         between = text[last.end : one.start] if last is not None else ""
         if last is not None and last.all and one.all and _GOES_ON.fullmatch(between) is not None and not last.after:
-            last = Question((*last.people, *one.people), True, last.start, one.end, one.after, one.then)
+            last = AskedQuestion((*last.people, *one.people), True, last.start, one.end, one.after, one.then)
             continue
         if last is not None:
             yield last
@@ -129,7 +129,7 @@ def in_one_line(words: Words) -> str:
     return " ".join(words.text.split())
 
 
-def _mentions(text: str, words: Words, world: World) -> Iterator[_Mention]:
+def _mentions(text: str, words: Words, world: RequestWorld) -> Iterator[_Mention]:
     """Yield whom a text names, in its order; a type that only says what somebody named by id is, is left out."""
     types, agents = world.catalogue.types, world.site.agents
     ids = [one for one in words.agents if types[agents[one].type].human]

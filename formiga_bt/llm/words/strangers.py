@@ -5,7 +5,7 @@ from typing import Final
 
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.wording import DRONES, Words, types_said
-from formiga_bt.llm.world import World
+from formiga_bt.llm.world import RequestWorld
 
 STRANGERS: Final = (
     "helicopter", "submarine", "truck", "lorry", "pickup truck", "tractor", "car", "van", "jeep", "quad bike", "rover", "robot",
@@ -41,7 +41,7 @@ _ONWARDS: Final = (
 _BEGINS: Final = r"(?:^|[.!?;:]\s+)"
 
 
-def stranger(words: Words, world: World) -> str:
+def stranger(words: Words, world: RequestWorld) -> str:
     """Return the words for a machine that is to go somewhere and is none of the site's types; "" = there is none.
 
     A truck that stands somewhere, or that somebody waits for, is none: only who is sent, or is told to fly, look or land.
@@ -61,7 +61,7 @@ def stranger(words: Words, world: World) -> str:
     return next((found["who"] for order in orders if (found := re.search(order, text, re.IGNORECASE)) is not None), "")
 
 
-def _speaks_of_machine(words: Words, world: World) -> bool:
+def _speaks_of_machine(words: Words, world: RequestWorld) -> bool:
     types = world.catalogue.types
     machines = [one for one in types_said(words, world.catalogue) if not types[one].human]
     drone = re.search(rf"\b(?:{'|'.join(DRONES)})\b", words.text, re.IGNORECASE)

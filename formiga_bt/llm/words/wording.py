@@ -14,7 +14,7 @@ from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.llm.words.amounts import IN_FULL, NUMBER_WORDS, NUMBERS, OF_LARGER, Amount, amounts_of
 from formiga_bt.llm.words.few import is_besides, is_every, is_fleet, is_other_told, numbers, one_and_one
 from formiga_bt.llm.words.mentions import bare, is_certain, is_doing, unquoted
-from formiga_bt.llm.words.points import Point, named
+from formiga_bt.llm.words.points import RequestPoint, named
 from formiga_bt.llm.words.spoken import pattern_of, said
 
 _MORE: Final = re.compile(
@@ -97,7 +97,7 @@ class Words:
     """Id -> the words."""
     counts: Mapping[str, int]
     """Agent type -> how many machines; `*` = machines of any type. Only what is said once and plainly."""
-    points: Mapping[str, Point] = field(default_factory=dict)
+    points: Mapping[str, RequestPoint] = field(default_factory=dict)
     """Coordinates of the request by the names that they got."""
     original: str = ""
     """The request as it was said; "" = `text`."""

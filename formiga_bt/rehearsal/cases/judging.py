@@ -9,7 +9,7 @@ from formiga_bt.base.units import format_quantity
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.rehearsal.cases.cases import GAP, AnswerRule, Case, GoalRule, Standing
 from formiga_bt.rehearsal.cases.codes import is_code
-from formiga_bt.rehearsal.cases.running import Came, Sent
+from formiga_bt.rehearsal.cases.running import Came, SentGoal
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +80,12 @@ def _actions(case: Case, came: Came) -> Iterator[Differs]:
     yield Differs("actions", "", "not as expected (- expected, + came)", tuple(diff(wanted, came.sent)))
 
 
-def is_it(word: str, sent: Sent) -> bool:
+def is_it(word: str, sent: SentGoal) -> bool:
     """Return whether `role.Action` or `agent.Action` means this goal."""
     return word in (f"{sent.role}.{sent.action}", f"{sent.agent}.{sent.action}")
 
 
-def fits(wanted: Sequence[str], sent: Sequence[Sent]) -> bool:
+def fits(wanted: Sequence[str], sent: Sequence[SentGoal]) -> bool:
     """Return whether the goals are the expected ones, `..` standing for any number of them."""
     open_ = {0}
     gaps = [word == GAP for word in wanted]
@@ -105,7 +105,7 @@ def fits(wanted: Sequence[str], sent: Sequence[Sent]) -> bool:
     return len(wanted) in open_
 
 
-def diff(wanted: Sequence[str], sent: Sequence[Sent]) -> Iterator[str]:
+def diff(wanted: Sequence[str], sent: Sequence[SentGoal]) -> Iterator[str]:
     """Iterate over the difference: `-` was expected and did not come, `+` came and was not expected, with its place."""
     names = [next((word for word in wanted if is_it(word, one)), one.name) for one in sent]
     steps = difflib.SequenceMatcher(None, list(wanted), names, autojunk=False).get_opcodes()

@@ -8,7 +8,7 @@ from typing import Final
 from agents_sim.referee import Verdict
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.engine.kernel.changes import GoalPut, Granted, QuestionPut
-from formiga_bt.engine.kernel.inputs import Notify, SendGoal, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, NotifyPeople, SendGoal
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.lang.places import steps_around
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
@@ -17,7 +17,7 @@ from formiga_bt.rehearsal.cases.coverage import Coverage
 from formiga_bt.rehearsal.cases.mocks import Mocks
 from formiga_bt.rehearsal.rehearsal import patience
 from formiga_bt.rehearsal.simulation import VirtualRun
-from formiga_bt.rehearsal.spending import Spending
+from formiga_bt.rehearsal.spending import RunSpending
 from formiga_bt.transport.agent_side import CONFIRM
 
 LIMIT_S: Final = 12 * 3600.0
@@ -25,7 +25,7 @@ LIMIT_S: Final = 12 * 3600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class SentGoal:
     """A goal that was sent: by role if the agent had one, and where in the tree it came from."""
 
     agent: str
@@ -48,7 +48,7 @@ class Came:
     refused: str
     in_time: bool
     duration_s: float
-    sent: tuple[Sent, ...]
+    sent: tuple[SentGoal, ...]
     asked: tuple[str, ...]
     """The texts of the questions that `ask` steps put, one for each asking."""
     notices: tuple[str, ...]
@@ -67,7 +67,7 @@ class Came:
     """Why it was given up before its time, and which loop used most."""
 
 
-def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending: Spending | None = None) -> Came:
+def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending: RunSpending | None = None) -> Came:
     """Play a case and return what came of it.
 
     Args:
@@ -76,7 +76,7 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
         coverage: told what was reached.
         spending: what it may use up; by default the usual bounds.
     """
-    spending = spending or Spending()
+    spending = spending or RunSpending()
     scenario = Scenario(
         "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
         (ScenarioTask(0, cases.task.name, case.params, wait=patience(cases.task)),), case.faults, case.orders, file=cases.file,
@@ -137,7 +137,7 @@ class _Story:
     notices: list[str] = field(default_factory=list)
     roles: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def feed(self, step: Step) -> None:
+    def feed(self, step: EngineStep) -> None:
         """Take one step."""
         for change in step.changes:
             match change:
@@ -151,12 +151,12 @@ class _Story:
             match effect:
                 case SendGoal() if self._mine(effect.task) and effect.action != CONFIRM:
                     self.goals.setdefault(effect.goal_id, (effect, self._role(effect.agent)))
-                case Notify() if self._mine(effect.task):
+                case NotifyPeople() if self._mine(effect.task):
                     self.notices.append(effect.text)
 
-    def sent(self, goal: SendGoal, role: str) -> Sent:
+    def sent(self, goal: SendGoal, role: str) -> SentGoal:
         """Return a goal with its role and its place in the tree."""
-        return Sent(goal.agent, role, goal.action, self.mark_of(self.owners.get(goal.goal_id, "")))
+        return SentGoal(goal.agent, role, goal.action, self.mark_of(self.owners.get(goal.goal_id, "")))
 
     def mark_of(self, key: str) -> Mark | None:
         """Return where the step of a node's key stands, None for a way home."""

@@ -1,4 +1,4 @@
-"""The HTTP API `/v1`: thin routes over `Orders`. Errors are problem documents with a code, a text and what helps.
+"""The HTTP API `/v1`: thin routes over `ServiceOrders`. Errors are problem documents with a code, a text and what helps.
 
 Routes are plain functions: FastAPI runs them in its threads, so one that waits for the engine holds up nobody else. Only the
 event stream is asynchronous.
@@ -19,14 +19,14 @@ from starlette.exceptions import HTTPException
 from formiga_bt import __version__
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.services.crew import Crew
-from formiga_bt.services.feed import Event, Feed
+from formiga_bt.services.feed import Feed, FeedEvent
 from formiga_bt.services.http import crew_routes, library_routes, openapi, order_routes, past_routes, seeing_routes
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.urgent import in_lane
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.not_served import NotServed
-from formiga_bt.services.orders import Orders, Waits
+from formiga_bt.services.orders import ServiceOrders, Waits
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import models as m
 from formiga_bt.show.source import Source
@@ -70,7 +70,7 @@ HEARTBEAT_S: Final = 2.0
 class Host(Protocol):
     """What the API needs besides orders."""
 
-    orders: Orders
+    orders: ServiceOrders
     crew: Crew
     loading: Loading
     source: Source
@@ -174,7 +174,7 @@ def _micros(seconds: float | None) -> Micros | None:
     return None if seconds is None else micros(seconds)
 
 
-def _tasks(app: FastAPI, orders: Orders) -> None:
+def _tasks(app: FastAPI, orders: ServiceOrders) -> None:
     @app.post("/v1/tasks", status_code=201, tags=["tasks"])
     def submit(
         body: m.SubmitBody,
@@ -223,7 +223,7 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
         return m.Reply(text=orders.abort(task_id, how, by or "http"))
 
 
-def _agents(app: FastAPI, orders: Orders) -> None:
+def _agents(app: FastAPI, orders: ServiceOrders) -> None:
     @app.get("/v1/agents", tags=["agents"])
     def agents() -> m.AgentsOut:
         """List machines and people."""
@@ -247,7 +247,7 @@ def _agents(app: FastAPI, orders: Orders) -> None:
         return m.Reply(text=orders.tell_event(agent, body.event, body.fields))
 
 
-def _people(app: FastAPI, orders: Orders) -> None:
+def _people(app: FastAPI, orders: ServiceOrders) -> None:
     @app.get("/v1/inbox", tags=["people"])
     def inbox(person: Annotated[str, Query(max_length=200)] = "") -> m.InboxOut:
         """List the open questions, oldest first."""
@@ -279,7 +279,7 @@ def _engine(app: FastAPI, host: Host) -> None:
     @app.get("/v1/events", tags=["engine"], response_class=StreamingResponse)
     def events(
         last_event_id: Annotated[str, Header(max_length=100)] = "",
-        after: Annotated[str, Query(max_length=100, description="as Last-Event-ID")] = "",
+        after: Annotated[str, Query(max_length=100, description="as Last-FeedEvent-ID")] = "",
         task: Annotated[str, Query(max_length=200, description="of this task only")] = "",
     ) -> StreamingResponse:
         """Stream what happens, as server-sent events (text/event-stream), from now or after an id."""
@@ -306,7 +306,7 @@ async def stream(feed: Feed, after: str, task: str = "", heartbeat_s: float = HE
             if gap or (missed and n < feed.newest):
                 gap = False
                 text = "earlier events are gone; read the state anew"
-                yield _sse(feed, Event(n=n, type="gap", at=0, text=text))
+                yield _sse(feed, FeedEvent(n=n, type="gap", at=0, text=text))
             for event in found:
                 n = event.n
                 if not task or event.task == task:
@@ -328,7 +328,7 @@ def _wake(loop: asyncio.AbstractEventLoop, news: asyncio.Event) -> None:
         loop.call_soon_threadsafe(news.set)
 
 
-def _sse(feed: Feed, event: Event) -> str:
+def _sse(feed: Feed, event: FeedEvent) -> str:
     data = {"type": event.type, "unix_millis": event.at // 1000, "text": event.text}
     if event.task:
         data["task"] = event.task

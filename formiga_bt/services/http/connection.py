@@ -25,7 +25,7 @@ _FULL: Final = (
 )
 
 
-class Times(Struct, frozen=True):
+class PhaseLimits(Struct, frozen=True):
     """How long each phase of a connection may take, in seconds of wall time."""
 
     head_s: float = 5.0
@@ -40,7 +40,7 @@ class Connection(H11Protocol):
     """A connection that keeps its times. `crowd` and `times` are set by `connection_class`."""
 
     crowd: Crowd["Connection"]
-    times: Times
+    times: PhaseLimits
     own_only: bool
     """Only processes of this user, and root's, may connect: the socket is a local one."""
 
@@ -138,7 +138,7 @@ class Connection(H11Protocol):
         self._timer = self._deaf = None
 
 
-def connection_class(crowd_: Crowd[Connection], times_: Times, *, own_only_: bool) -> type[Connection]:
+def connection_class(crowd_: Crowd[Connection], times_: PhaseLimits, *, own_only_: bool) -> type[Connection]:
     """Return the class of the connections of one door."""
 
     class Mine(Connection):

@@ -7,7 +7,7 @@ from fastapi import FastAPI, Header
 from pydantic import Field
 
 from formiga_bt.services.crew import Crew
-from formiga_bt.services.replies.models import Body, ByBody, Id, Name, Reply
+from formiga_bt.services.replies.models import ByBody, Id, Name, Reply, RequestBody
 
 Secret = Annotated[
     str,
@@ -19,7 +19,7 @@ Secret = Annotated[
 ]
 
 
-class ApprovalBody(Body):
+class ApprovalBody(RequestBody):
     """Approve a task as it is served. `typed`: the first 8 characters of the digest, typed by the person `by`.
 
     With `revoke` an approval is taken back; then `typed` is not needed.

@@ -21,7 +21,7 @@ UNLIMITED: Final = 4096
 """Descriptors that are reckoned with where the system sets no limit."""
 
 
-class Places(Struct, frozen=True):
+class DoorLimits(Struct, frozen=True):
     """How many may be at a door at once."""
 
     connections: int
@@ -37,18 +37,18 @@ def descriptors() -> int:
     return UNLIMITED if soft == resource.RLIM_INFINITY else min(soft, UNLIMITED)
 
 
-def http_places(limit: int) -> Places:
+def http_places(limit: int) -> DoorLimits:
     """Return the places of the HTTP door: a quarter of the descriptors. The rest is for the journal, agents and files."""
     return _places(min(max(limit // 4, 2 * LANE), 512))
 
 
-def local_places(limit: int) -> Places:
+def local_places(limit: int) -> DoorLimits:
     """Return the places of the local door: an eighth of the descriptors."""
     return _places(min(max(limit // 8, 2 * LANE), 64))
 
 
-def _places(connections: int) -> Places:
-    return Places(connections, connections - max(connections // 4, LANE), connections // 4)
+def _places(connections: int) -> DoorLimits:
+    return DoorLimits(connections, connections - max(connections // 4, LANE), connections // 4)
 
 
 class Crowd(Generic[T]):
@@ -58,7 +58,7 @@ class Crowd(Generic[T]):
         places: how many there are.
     """
 
-    def __init__(self, places: Places) -> None:
+    def __init__(self, places: DoorLimits) -> None:
         self.places = places
         self._lock = threading.Lock()
         self._all: set[T] = set()

@@ -91,11 +91,11 @@ class PastReader:
 
     @staticmethod
     def _moment(machine: "TimeMachine", at: str) -> Micros:
-        from formiga_bt.show.replay.when import Times, moment
+        from formiga_bt.show.replay.when import MomentWords, moment
 
         if at.isdecimal():
             return min(max(int(at) * 1000, machine.first), machine.last)
-        return moment(at, Times(machine.first, machine.last, machine.record))
+        return moment(at, MomentWords(machine.first, machine.last, machine.record))
 
 
 def add(app: FastAPI, past: PastReader) -> None:

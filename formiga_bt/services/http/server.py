@@ -17,7 +17,7 @@ from typing import Any, Final
 import uvicorn
 
 from formiga_bt.base.errors import SiteError
-from formiga_bt.services.http.connection import HEAD_LIMIT, Connection, Times, connection_class
+from formiga_bt.services.http.connection import HEAD_LIMIT, Connection, PhaseLimits, connection_class
 from formiga_bt.services.http.crowd import AT_ONCE, Crowd, descriptors, http_places
 from formiga_bt.services.http.urgent import THREADS
 
@@ -95,12 +95,12 @@ class HttpServer:
         app: Callable[..., Any],
         sock: socket.socket,
         crowd: Crowd[Connection] | None = None,
-        times: Times | None = None,
+        times: PhaseLimits | None = None,
     ) -> None:
         self._socket = sock
         self._is_local = sock.family == socket.AF_UNIX
         crowd = crowd if crowd is not None else Crowd(http_places(descriptors()))
-        times = times or Times()
+        times = times or PhaseLimits()
         config = uvicorn.Config(
             app,
             http=connection_class(crowd, times, own_only_=self._is_local),

@@ -27,7 +27,7 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.base.geo import Frame, Position
 from formiga_bt.base.site_folder import FLIGHTS, FLYING, append_line, read_lines, write_durably
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, Step
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.lang.model import Site
 
@@ -84,7 +84,7 @@ class Open(Struct, frozen=True, kw_only=True):
     control: str = "engine"
 
 
-class Ground(Struct, frozen=True):
+class LastGround(Struct, frozen=True):
     """How a machine last stood on the ground."""
 
     left_at: Micros | None
@@ -110,13 +110,13 @@ class Flights:
         self.flying: dict[str, Open] = dict(flying or {})
         self._site = site
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
-        self._ground: dict[str, Ground] = {}
+        self._ground: dict[str, LastGround] = {}
         self._agents: dict[str, AgentRecord] = {}
         self._tasks: dict[str, TaskRecord] = {}
         self._orders: dict[str, StandingOrder] = {}
         self._goals: dict[str, GoalRecord] = {}
 
-    def take(self, step: Step) -> list[Flight]:
+    def take(self, step: EngineStep) -> list[Flight]:
         """Follow a step; return the flights that ended in it."""
         ended = []
         for change in step.changes:
@@ -171,7 +171,7 @@ class Flights:
             self._breach(agent.id, agent.breach.lstrip("!").removeprefix(BREACH))
         if agent.landed == "grounded":
             ended = self._landed(at, agent)
-            self._ground[agent.id] = Ground(None, "", agent.position, agent.battery)
+            self._ground[agent.id] = LastGround(None, "", agent.position, agent.battery)
             return ended
         ground = self._ground.get(agent.id)
         if ground is not None and ground.left_at is None:
@@ -185,7 +185,7 @@ class Flights:
 
     def _took_off(self, at: Micros, agent: AgentRecord) -> None:
         ground = self._ground.get(agent.id)
-        start = ground or Ground(at, self._utc(at), agent.position, agent.battery)
+        start = ground or LastGround(at, self._utc(at), agent.position, agent.battery)
         began = start.left_at if start.left_at is not None else at
         flight = Flight(
             agent=agent.id,
@@ -276,7 +276,7 @@ class FlightLog:
         self._ended: list[Flight] = []
         """Not on disk yet."""
         self._is_told = False
-        self._queue: SimpleQueue[Step | None] = SimpleQueue()
+        self._queue: SimpleQueue[EngineStep | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
@@ -290,7 +290,7 @@ class FlightLog:
         if self._thread is not None:
             self._thread.join(5.0)
 
-    def feed_step(self, step: Step) -> None:
+    def feed_step(self, step: EngineStep) -> None:
         """Take a step; returns at once."""
         self._queue.put(step)
 

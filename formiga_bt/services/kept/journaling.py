@@ -15,7 +15,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError
 from formiga_bt.base.site_folder import COUNTERS, JOURNAL, RESERVE, UNKNOWN, SiteFolder, journal_of
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -55,7 +55,7 @@ class Journaling:
         folder: SiteFolder,
         site: str,
         at: JournalAt | None,
-        also: Callable[[Step], None],
+        also: Callable[[EngineStep], None],
         *,
         start_anew: bool = False,
     ) -> None:
@@ -238,12 +238,12 @@ class Journaling:
         self._housekeeper = Housekeeper(self.journal, now)
         self._housekeeper.start()
 
-    def keep(self, steps: Sequence[Step]) -> Outcome:
+    def keep(self, steps: Sequence[EngineStep]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
         self._note(steps)
         return self._with_folder(DURABLE if self._writer is None else self._writer.keep(steps))
 
-    def start(self, steps: Sequence[Step]) -> bool:
+    def start(self, steps: Sequence[EngineStep]) -> bool:
         """Write steps; see `PersistAhead.start`."""
         self._note(steps)
         return self._writer is not None and self._writer.start(steps)
@@ -257,7 +257,7 @@ class Journaling:
         """Return what became of them; see `PersistAhead.finish`."""
         return self._with_folder(DURABLE if self._writer is None else self._writer.finish())
 
-    def _note(self, steps: Sequence[Step]) -> None:
+    def _note(self, steps: Sequence[EngineStep]) -> None:
         self._folder.write_waiting()
         for step in steps:
             self._also(step)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
@@ -29,7 +29,7 @@ class Recall:
         open_: opens the journal, with a connection that only reads.
     """
 
-    def __init__(self, view: View, open_: "Callable[[], TimeMachine]") -> None:
+    def __init__(self, view: EngineView, open_: "Callable[[], TimeMachine]") -> None:
         self._view, self._open = view, open_
         self._left = set(view.state.tasks)
         """Tasks of earlier starts that nobody has looked at."""

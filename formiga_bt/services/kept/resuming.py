@@ -27,7 +27,7 @@ from formiga_bt.base.clock import SECOND, Micros, passed_us
 from formiga_bt.base.errors import SiteError
 from formiga_bt.base.site_folder import write_durably
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, Notify, Resumed, Serve, Step
+from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EngineStep, NotifyPeople, Resumed, Serve
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
@@ -169,7 +169,7 @@ class Blame:
         with suppress(SiteError):
             write_durably(self._file, json.dumps({"tries": self.tries, "now": ""}))
 
-    def take(self, step: Step) -> None:
+    def take(self, step: EngineStep) -> None:
         """Follow the engine: once all is known again, nobody is to blame."""
         for change in step.changes:
             if isinstance(change, ch.ResumePut) and (change.resume is None or change.resume.phase == "watching"):
@@ -191,7 +191,7 @@ class Comeback:
         self.blame = Blame(folder)
         self.open = [task for task in state.tasks.values() if task.section != "done"]
         """The tasks that had not ended."""
-        self.again: tuple[CancelGoal | Notify | Alarm, ...] = ()
+        self.again: tuple[CancelGoal | NotifyPeople | Alarm, ...] = ()
         self.node_state = 0
         self.rebuilt: dict[str, str] = {}
         self.lost: dict[str, str] = {}
@@ -294,7 +294,7 @@ def find(journal: "Journal", folder: Path, tasks: Bundles, site: Site, catalogue
         for kept in last
         if kept.wall == last[-1].wall and starts[-1].ended is None  # after a clean end all have left
         for effect in kept.step.effects
-        if isinstance(effect, CancelGoal | Notify | Alarm)
+        if isinstance(effect, CancelGoal | NotifyPeople | Alarm)
     )
     if older:
         found.again += (Alarm("journal_older", _older(at)),)

@@ -4,10 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from formiga_bt.services.replies.models import Body, Id, Name, ParamOut
+from formiga_bt.services.replies.models import Id, Name, ParamOut, RequestBody
 
 
-class DraftedBody(Body):
+class DraftedBody(RequestBody):
     """A model wrote the task, as the sender knows: who asked for it, and which model."""
 
     by: Annotated[list[Name], Field(default_factory=list, max_length=10)]
@@ -16,7 +16,7 @@ class DraftedBody(Body):
     """Other names of those who asked."""
 
 
-class LoadBody(Body):
+class LoadBody(RequestBody):
     """A task and what it imports, as texts by their paths below the site's folder; `file` is the task's.
 
     What ships with formiga_bt is not sent. The whole body may have 1,000,000 bytes.

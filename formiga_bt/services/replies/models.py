@@ -16,13 +16,13 @@ LONGEST_S: Final = 30 * 86400.0
 """That a request may say it waits."""
 
 
-class Body(BaseModel):
+class RequestBody(BaseModel):
     """A request; a key that nobody reads is a mistake of its writer."""
 
     model_config = ConfigDict(extra="forbid")
 
 
-class SubmitBody(Body):
+class SubmitBody(RequestBody):
     """Start a task. Each parameter is a text as on the command line ("60 m", "camp", "66.501,25.703") or JSON."""
 
     task: Id
@@ -38,7 +38,7 @@ class SubmitBody(Body):
     """The longest time PENDING, instead of the task's own; then it ends FAILED `task_expired`."""
 
 
-class AbortBody(Body):
+class AbortBody(RequestBody):
     """End a task. `now` skips its cleanup; `abandon` leaves its agents quarantined where they are, and must be confirmed."""
 
     how: Literal["", "now", "abandon"] = ""
@@ -46,27 +46,27 @@ class AbortBody(Body):
     by: Name = ""
 
 
-class ByBody(Body):
+class ByBody(RequestBody):
     """Who gives the order."""
 
     by: Name = ""
 
 
-class RemovedBody(Body):
+class RemovedBody(RequestBody):
     """A person took a lost machine away, and says so: `confirmed` must repeat its id."""
 
     confirmed: Name = ""
     by: Name = ""
 
 
-class AnswerBody(Body):
+class AnswerBody(RequestBody):
     """An answer to a question; `by` is the person's agent id, needed if several people of this desk are asked."""
 
     option: Id
     by: Name = ""
 
 
-class EventBody(Body):
+class EventBody(RequestBody):
     """An event that a person at this desk tells; the fields as text ("60 m", "camp") or JSON."""
 
     event: Id

@@ -12,7 +12,7 @@ from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.services.replies import models as out
 from formiga_bt.services.replies.library_models import LibraryTask
 from formiga_bt.services.standing import standing_out
-from formiga_bt.services.view import Line
+from formiga_bt.services.view import NoticeLine
 from formiga_bt.show.history.records import stands_rebooted
 from formiga_bt.show.history.rows import ActionRow, rest_words
 from formiga_bt.show.lapse import lapses_at
@@ -69,7 +69,7 @@ def task_detail(
     state: EngineState,
     task: TaskRecord,
     rows: Iterable[ActionRow],
-    lines: Iterable[Line],
+    lines: Iterable[NoticeLine],
     now: Micros,
     places: StepPlaces | None,
 ) -> out.TaskDetail:
@@ -113,7 +113,7 @@ def _action_out(row: ActionRow, now: Micros) -> out.ActionOut:
     )
 
 
-def line_out(line: Line) -> out.LineOut:
+def line_out(line: NoticeLine) -> out.LineOut:
     """Return a notice or alarm."""
     return out.LineOut(unix_millis=millis(line.at), severity=line.severity, text=line.text)
 

@@ -9,9 +9,9 @@ from formiga_bt.lang import model
 from formiga_bt.lang.model import ActionSpec, Step
 from formiga_bt.lang.walk import orders
 from formiga_bt.show.diff.changes import Difference, title
-from formiga_bt.show.diff.outline import Node
-from formiga_bt.show.diff.values import Value
-from formiga_bt.show.facts import Spot
+from formiga_bt.show.diff.outline import OutlineNode
+from formiga_bt.show.diff.values import FieldValue
+from formiga_bt.show.facts import FileSpot
 
 BOUNDS: Final = ("timeout", "cleanup_timeout", "expires", "retry attempt_timeout")
 CONDITIONS: Final = ("when", "guard", "check", "wait_until", "expect", "if", "while", "until", "break_if")
@@ -24,7 +24,7 @@ class Caution(Struct, frozen=True, omit_defaults=True):
     """One thing to look at."""
 
     text: str
-    spot: Spot | None = None
+    spot: FileSpot | None = None
 
 
 def cautions(difference: Difference, actions: Mapping[str, ActionSpec]) -> tuple[Caution, ...]:
@@ -51,7 +51,7 @@ def cautions(difference: Difference, actions: Mapping[str, ActionSpec]) -> tuple
     return tuple(dict.fromkeys(found))
 
 
-def _removed(node: Node, difference: Difference, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
+def _removed(node: OutlineNode, difference: Difference, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
     for one in node.below():
         if one in difference.matching.to_new or not isinstance(one.thing, Step):
             continue
@@ -68,7 +68,7 @@ def _removed(node: Node, difference: Difference, actions: Mapping[str, ActionSpe
             yield f"timeout removed with {title(one)}: {one.fields['timeout'].words}"
 
 
-def _added(node: Node, difference: Difference, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
+def _added(node: OutlineNode, difference: Difference, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
     for one in node.below():
         if one in difference.matching.to_old or not isinstance(one.thing, Step):
             continue
@@ -78,7 +78,7 @@ def _added(node: Node, difference: Difference, actions: Mapping[str, ActionSpec]
             yield f"{title(one)} starts rotors; it is added"
 
 
-def _moved(node: Node, was: str, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
+def _moved(node: OutlineNode, was: str, actions: Mapping[str, ActionSpec]) -> Iterator[str]:
     section, before = node.path.partition("/")[0], was.partition("/")[0]
     if isinstance(node.thing, Step) and _lands(node.thing, actions):
         yield f"{title(node)} lands; it moved"
@@ -93,14 +93,14 @@ def _lands(step: Step, actions: Mapping[str, ActionSpec]) -> bool:
     return any(actions[do.action].lands for _, do in orders(step) if do.action in actions)
 
 
-def _changed(was: Node, node: Node) -> Iterator[str]:
+def _changed(was: OutlineNode, node: OutlineNode) -> Iterator[str]:
     for key in dict.fromkeys([*was.fields, *node.fields]):
         before, after = was.fields.get(key), node.fields.get(key)
         if (before.atoms if before else None) != (after.atoms if after else None):
             yield from _field(key, before, after, node)
 
 
-def _field(key: str, before: Value | None, after: Value | None, node: Node) -> Iterator[str]:
+def _field(key: str, before: FieldValue | None, after: FieldValue | None, node: OutlineNode) -> Iterator[str]:
     where = title(node) if node.kind != "task" else "the task"
     arrow = f"{before.words if before else 'none'} -> {after.words if after else 'none'}"
     old, new = _most(before), _most(after)
@@ -126,7 +126,7 @@ def _field(key: str, before: Value | None, after: Value | None, node: Node) -> I
         yield f"{how}, {key.removeprefix('with ')} of {where}: {arrow}"
 
 
-def _is_height(key: str, node: Node, before: Value | None, after: Value | None) -> bool:
+def _is_height(key: str, node: OutlineNode, before: FieldValue | None, after: FieldValue | None) -> bool:
     if before is None and node.kind not in ("param", "var"):
         return False
     name = (
@@ -138,7 +138,7 @@ def _is_height(key: str, node: Node, before: Value | None, after: Value | None) 
     return any(sort == "sign" and text in _LIFTS for sort, text in atoms)
 
 
-def _most(value: Value | None) -> float | None:
+def _most(value: FieldValue | None) -> float | None:
     """Return the largest quantity in a value."""
     found = [float(t) for sort, t in value.atoms if sort in ("duration", "distance", "percent")] if value else []
     return max(found) if found else None

@@ -14,9 +14,9 @@ from msgspec.structs import replace
 
 from formiga_bt.lang.model import Task
 from formiga_bt.show.diff.matching import Matching, rising
-from formiga_bt.show.diff.outline import Node, outline
+from formiga_bt.show.diff.outline import OutlineNode, outline
 from formiga_bt.show.diff.renames import Rename, find_renames, with_names
-from formiga_bt.show.facts import Spot
+from formiga_bt.show.facts import FileSpot
 
 What = Literal["added", "removed", "moved", "changed", "renamed"]
 ORDER: tuple[What, ...] = ("changed", "renamed", "moved", "added", "removed")
@@ -56,8 +56,8 @@ class Change(Struct, frozen=True, kw_only=True, omit_defaults=True):
     steps: int = 0
     """So many steps came or went with it, itself included."""
     fields: tuple[FieldChange, ...] = ()
-    before: Spot | None = None
-    after: Spot | None = None
+    before: FileSpot | None = None
+    after: FileSpot | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +65,10 @@ class Difference:
     """Two tasks compared: what changed, and both trees with who is who."""
 
     changes: tuple[Change, ...]
-    old: Node
-    new: Node
+    old: OutlineNode
+    new: OutlineNode
     matching: Matching
-    of: Mapping[Node, tuple[Change, ...]]
+    of: Mapping[OutlineNode, tuple[Change, ...]]
     """Node of the new tree, or a removed one of the old -> its changes."""
 
     @property
@@ -98,12 +98,12 @@ def compare(old: Task, new: Task, old_texts: Mapping[str, str], new_texts: Mappi
 
 
 class _Reader:
-    def __init__(self, old: Node, new: Node, renames: list[Rename]) -> None:
+    def __init__(self, old: OutlineNode, new: OutlineNode, renames: list[Rename]) -> None:
         self.old, self.new, self.renames = old, new, renames
         self.matching = Matching(old, new)
         self.moved = self._moved()
         self.found: list[Change] = []
-        self.of: dict[Node, tuple[Change, ...]] = {}
+        self.of: dict[OutlineNode, tuple[Change, ...]] = {}
 
     def read(self) -> Difference:
         for node in self.new.below():
@@ -117,15 +117,15 @@ class _Reader:
         self._say_renames()
         return Difference(tuple(self.found), self.old, self.new, self.matching, self.of)
 
-    def _is_of_library(self, node: Node, root: Node) -> bool:
+    def _is_of_library(self, node: OutlineNode, root: OutlineNode) -> bool:
         """Return whether it is an imported subtree: it came or went with the call of it, which is told."""
         return node.kind == "subtree" and node.mark.file != root.mark.file
 
-    def _say(self, node: Node, change: Change) -> None:
+    def _say(self, node: OutlineNode, change: Change) -> None:
         self.found.append(change)
         self.of[node] = (*self.of.get(node, ()), change)
 
-    def _of_new(self, node: Node) -> None:
+    def _of_new(self, node: OutlineNode) -> None:
         was = self.matching.to_old.get(node)
         if was is None:
             parent = self.matching.parent[node]
@@ -142,7 +142,7 @@ class _Reader:
         if fields:
             self._say(node, replace(plain, what="changed", fields=fields))
 
-    def _came_or_went(self, what: Literal["added", "removed"], node: Node) -> Change:
+    def _came_or_went(self, what: Literal["added", "removed"], node: OutlineNode) -> Change:
         pairs = self.matching.to_old if what == "added" else self.matching.to_new
         steps = sum(1 for one in node.below() if one.is_step and one not in pairs)
         change = Change(what=what, kind=node.kind, title=title(node), path=node.path, steps=steps)
@@ -169,7 +169,7 @@ class _Reader:
             else:
                 self._say(node, change)
 
-    def _first_naming(self, rename: Rename) -> Node | None:
+    def _first_naming(self, rename: Rename) -> OutlineNode | None:
         atom = ("name", rename.new)
         for node in self.new.below():
             if node.scope == rename.scope and node.is_step and any(atom in v.atoms for v in node.fields.values()):
@@ -177,9 +177,9 @@ class _Reader:
         return None
 
     # -- what moved ----------------------------------------------------------------------------------------------------
-    def _moved(self) -> set[Node]:
+    def _moved(self) -> set[OutlineNode]:
         """Return the nodes of the new tree that are not where they were."""
-        found: set[Node] = set()
+        found: set[OutlineNode] = set()
         to_new = self.matching.to_new
         for node in self.old.below():
             there = to_new.get(node)
@@ -192,7 +192,7 @@ class _Reader:
             found |= {child for child in inside if child not in still}
         return found
 
-    def _kept_inside(self, node: Node, pairs: Mapping[Node, Node]) -> list[Node]:
+    def _kept_inside(self, node: OutlineNode, pairs: Mapping[OutlineNode, OutlineNode]) -> list[OutlineNode]:
         """Return the steps inside a node that the other tree has too, through what it has not."""
         kept = []
         for child in node.children:
@@ -202,7 +202,7 @@ class _Reader:
                 kept += self._kept_inside(child, pairs)
         return kept
 
-    def _around(self, node: Node, root: Node) -> str:
+    def _around(self, node: OutlineNode, root: OutlineNode) -> str:
         parent = self.matching.parent[node]
         if parent is None or parent is root:
             return ""
@@ -214,7 +214,7 @@ class _Reader:
         return title(parent)
 
 
-def title(node: Node) -> str:
+def title(node: OutlineNode) -> str:
     """Return a few words for a node: `drone.TakeOff`, `wait 5 s`, `role escort`."""
     named = node.fields.get("name")
     if node.is_step and named is not None:
@@ -229,11 +229,11 @@ def title(node: Node) -> str:
     return node.sub if node.kind in ("group", "task") else f"{node.kind} {node.sub}"
 
 
-def _spot(node: Node) -> Spot:
-    return Spot(node.mark.file, node.mark.line, node.mark.col)
+def _spot(node: OutlineNode) -> FileSpot:
+    return FileSpot(node.mark.file, node.mark.line, node.mark.col)
 
 
-def _fields(was: Node, node: Node) -> tuple[FieldChange, ...]:
+def _fields(was: OutlineNode, node: OutlineNode) -> tuple[FieldChange, ...]:
     found = []
     for key in [*node.fields, *(key for key in was.fields if key not in node.fields)]:
         before, after = was.fields.get(key), node.fields.get(key)

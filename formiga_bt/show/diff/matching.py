@@ -11,7 +11,7 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from formiga_bt.show.diff.outline import DEFINED, Node
+from formiga_bt.show.diff.outline import DEFINED, OutlineNode
 
 HOLDS: Final = 0.4
 """So much of what two containers hold must be the same."""
@@ -31,15 +31,15 @@ class Matching:
         new: the new tree.
     """
 
-    def __init__(self, old: Node, new: Node) -> None:
-        self.to_new: dict[Node, Node] = {}
-        self.to_old: dict[Node, Node] = {}
-        self.parent: dict[Node, Node | None] = {old: None, new: None}
-        self.size: dict[Node, int] = {}
-        self._digest: dict[Node, int] = {}
+    def __init__(self, old: OutlineNode, new: OutlineNode) -> None:
+        self.to_new: dict[OutlineNode, OutlineNode] = {}
+        self.to_old: dict[OutlineNode, OutlineNode] = {}
+        self.parent: dict[OutlineNode, OutlineNode | None] = {old: None, new: None}
+        self.size: dict[OutlineNode, int] = {}
+        self._digest: dict[OutlineNode, int] = {}
         self._known: dict[object, int] = {}
         self._said: dict[tuple[int, int], float] = {}
-        self._inside: dict[Node, tuple[Counter[object], Counter[object]]] = {}
+        self._inside: dict[OutlineNode, tuple[Counter[object], Counter[object]]] = {}
         self._olds, self._news = self._read(old), self._read(new)
         self._by_name(old, new)
         self._equal(self._unmatched(self._olds), self._unmatched(self._news))
@@ -49,7 +49,7 @@ class Matching:
         self._far()
 
     # -- preparing -----------------------------------------------------------------------------------------------------
-    def _read(self, root: Node) -> list[Node]:
+    def _read(self, root: OutlineNode) -> list[OutlineNode]:
         """Return the nodes of a tree, children before parents, with their sizes and digests."""
         nodes = list(root.below())
         nodes.reverse()
@@ -71,18 +71,18 @@ class Matching:
                 self.parent[child] = node
         return nodes
 
-    def _unmatched(self, nodes: Sequence[Node]) -> list[Node]:
+    def _unmatched(self, nodes: Sequence[OutlineNode]) -> list[OutlineNode]:
         return [node for node in nodes if node not in self.to_new and node not in self.to_old]
 
-    def _match(self, one: Node, other: Node) -> None:
+    def _match(self, one: OutlineNode, other: OutlineNode) -> None:
         self.to_new[one] = other
         self.to_old[other] = one
 
-    def _free(self, one: Node, other: Node) -> bool:
+    def _free(self, one: OutlineNode, other: OutlineNode) -> bool:
         return one not in self.to_new and other not in self.to_old
 
     # -- 1 -------------------------------------------------------------------------------------------------------------
-    def _by_name(self, one: Node, other: Node) -> None:
+    def _by_name(self, one: OutlineNode, other: OutlineNode) -> None:
         """Match two nodes, and what is in both by its name."""
         self._match(one, other)
         named = {(child.kind, child.sub): child for child in other.children if child.kind in DEFINED}
@@ -92,10 +92,10 @@ class Matching:
                 self._by_name(child, same)
 
     # -- 2, 5 ----------------------------------------------------------------------------------------------------------
-    def _equal(self, olds: list[Node], news: list[Node]) -> None:
+    def _equal(self, olds: list[OutlineNode], news: list[OutlineNode]) -> None:
         """Match equal subtrees; of several equal leaves only those whose parents are matched."""
-        here: dict[int, list[Node]] = defaultdict(list)
-        there: dict[int, list[Node]] = defaultdict(list)
+        here: dict[int, list[OutlineNode]] = defaultdict(list)
+        there: dict[int, list[OutlineNode]] = defaultdict(list)
         for node in reversed(olds):
             here[self._digest[node]].append(node)
         for node in reversed(news):
@@ -114,8 +114,8 @@ class Matching:
                 for one, other in zip(left, [n for n in others if n not in self.to_old], strict=False):
                     self._all(one, other)
 
-    def _under_parents(self, ones: list[Node], others: list[Node]) -> None:
-        by_parent: dict[Node | None, deque[Node]] = defaultdict(deque)
+    def _under_parents(self, ones: list[OutlineNode], others: list[OutlineNode]) -> None:
+        by_parent: dict[OutlineNode | None, deque[OutlineNode]] = defaultdict(deque)
         for other in others:
             by_parent[self.parent[other]].append(other)
         count = Counter(self.parent[one] for one in ones)
@@ -127,7 +127,7 @@ class Matching:
                 by_parent[there].popleft()
                 count[parent] -= 1
 
-    def _all(self, one: Node, other: Node) -> None:
+    def _all(self, one: OutlineNode, other: OutlineNode) -> None:
         for inner, same in zip(one.below(), other.below(), strict=True):
             if self._free(inner, same):
                 self._match(inner, same)
@@ -146,12 +146,12 @@ class Matching:
             if self._held(node, best, found[best]) >= (HOLDS / 2 if says else HOLDS):
                 self._pair(node, best)
 
-    def _rank(self, one: Node, other: Node, common: float) -> float:
+    def _rank(self, one: OutlineNode, other: OutlineNode, common: float) -> float:
         """Return how well a container fits: by what it holds; of two around one another, also by what they say and where."""
         return self._held(one, other, common) + 0.15 * self._says(one, other) + 0.1 * (one.path == other.path)
 
-    def _ancestors_of_matches(self, node: Node) -> Counter[Node]:
-        found: Counter[Node] = Counter()
+    def _ancestors_of_matches(self, node: OutlineNode) -> Counter[OutlineNode]:
+        found: Counter[OutlineNode] = Counter()
         for inner in node.below():
             there = self.to_new.get(inner)
             at = self.parent[there] if there is not None else None
@@ -161,10 +161,10 @@ class Matching:
                 at = self.parent[at]
         return found
 
-    def _held(self, one: Node, other: Node, common: float) -> float:
+    def _held(self, one: OutlineNode, other: OutlineNode, common: float) -> float:
         return 2 * common / max(1, self.size[one] + self.size[other] - 2)
 
-    def _pair(self, one: Node, other: Node) -> None:
+    def _pair(self, one: OutlineNode, other: OutlineNode) -> None:
         """Match two steps with their branches and roles."""
         self._by_name(one, other)
         cases = [[c for c in n.children if c.kind == "branch"] for n in (one, other)]
@@ -173,7 +173,7 @@ class Matching:
                 self._by_name(inner, same)
 
     # -- 4 -------------------------------------------------------------------------------------------------------------
-    def _recover(self, root: Node) -> None:
+    def _recover(self, root: OutlineNode) -> None:
         queue = deque([root])
         while queue:
             node = queue.popleft()
@@ -183,7 +183,7 @@ class Matching:
                     self._align(ones, others)
             queue.extend(node.children)
 
-    def _gaps(self, one: Node, other: Node) -> Iterator[tuple[list[Node], list[Node]]]:
+    def _gaps(self, one: OutlineNode, other: OutlineNode) -> Iterator[tuple[list[OutlineNode], list[OutlineNode]]]:
         """Iterate over the free children of two matched nodes, between the matched ones that kept their order."""
         place = {child: at for at, child in enumerate(other.children)}
         kept = [(at, place[self.to_new[c]]) for at, c in enumerate(one.children) if self.to_new.get(c) in place]
@@ -196,7 +196,7 @@ class Matching:
                 yield ones, others
             low, low_there = at, there
 
-    def _align(self, ones: list[Node], others: list[Node]) -> None:
+    def _align(self, ones: list[OutlineNode], others: list[OutlineNode]) -> None:
         """Match two rows of steps in their order, so that the pairs are as alike as they can be."""
         if len(ones) * len(others) > _CELLS:
             piece = int(_CELLS**0.5)
@@ -222,7 +222,7 @@ class Matching:
             else:
                 j += 1
 
-    def _alike(self, one: Node, other: Node) -> float:
+    def _alike(self, one: OutlineNode, other: OutlineNode) -> float:
         """Return how alike two steps are, 0 = not one and the same."""
         if one.kind != other.kind:
             return 0.0
@@ -240,12 +240,12 @@ class Matching:
             return 1.0 + says
         return 0.5 + says if says >= SAYS else 0.0
 
-    def _equal_inside(self, one: Node, other: Node) -> float:
+    def _equal_inside(self, one: OutlineNode, other: OutlineNode) -> float:
         """Return how many steps inside two containers are equal; those of one kind count a half."""
         (equal, kinds), (same, others) = self._contents(one), self._contents(other)
         return max(float((equal & same).total()), (kinds & others).total() / 2)
 
-    def _contents(self, node: Node) -> tuple[Counter[object], Counter[object]]:
+    def _contents(self, node: OutlineNode) -> tuple[Counter[object], Counter[object]]:
         if node not in self._inside:
             inner = [one for one in node.below() if one is not node and one.kind != "branch"]
             self._inside[node] = (
@@ -254,13 +254,13 @@ class Matching:
             )
         return self._inside[node]
 
-    def _is_inside(self, node: Node | None, other: Node) -> bool:
+    def _is_inside(self, node: OutlineNode | None, other: OutlineNode) -> bool:
         at = self.parent[node] if node is not None else None
         while at is not None and at is not other:
             at = self.parent[at]
         return at is other
 
-    def _says(self, one: Node, other: Node) -> float:
+    def _says(self, one: OutlineNode, other: OutlineNode) -> float:
         """Return how much two nodes say the same, 0..1."""
         pair = self._digest[one], self._digest[other]
         if pair not in self._said:
@@ -270,7 +270,7 @@ class Matching:
     # -- 5 -------------------------------------------------------------------------------------------------------------
     def _far(self) -> None:
         olds = [node for node in reversed(self._unmatched(self._olds)) if node.is_step]
-        news: dict[tuple[str, str, str], list[Node]] = defaultdict(list)
+        news: dict[tuple[str, str, str], list[OutlineNode]] = defaultdict(list)
         for node in reversed(self._unmatched(self._news)):
             news[node.scope, node.kind, node.sub].append(node)
         for node in olds:
@@ -283,7 +283,7 @@ class Matching:
                 self._match(node, best)
 
 
-def _alike_fields(one: Node, other: Node) -> float:
+def _alike_fields(one: OutlineNode, other: OutlineNode) -> float:
     keys = one.fields.keys() | other.fields.keys()
     total = 0.0
     for key in one.fields.keys() & other.fields.keys():

@@ -13,14 +13,14 @@ from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Param, Role, Step, Subtree, Task
 from formiga_bt.lang.walk import children
 from formiga_bt.show.diff import values
-from formiga_bt.show.diff.values import SUBTREE, Value
+from formiga_bt.show.diff.values import SUBTREE, FieldValue
 
 DEFINED: Final = ("param", "var", "role", "subtree", "branch", "group")
 """Kinds of nodes that are known by their name, wherever they stand among their siblings."""
 
 
 @dataclass(eq=False, slots=True)
-class Node:
+class OutlineNode:
     """A thing in a task. Compared by identity; what it says is in `kind`, `sub` and `fields`."""
 
     kind: str
@@ -31,8 +31,8 @@ class Node:
     scope: str = ""
     """The subtree whose names it uses; "" = the task itself."""
     path: str = ""
-    fields: dict[str, Value] = field(default_factory=dict)
-    children: list["Node"] = field(default_factory=list)
+    fields: dict[str, FieldValue] = field(default_factory=dict)
+    children: list["OutlineNode"] = field(default_factory=list)
     thing: Step | Param | Role | Subtree | Task | None = None
 
     @property
@@ -40,14 +40,14 @@ class Node:
         """Return whether it is a step of the language."""
         return isinstance(self.thing, Step)
 
-    def below(self) -> Iterator["Node"]:
+    def below(self) -> Iterator["OutlineNode"]:
         """Iterate over it and all inside, parents first."""
         yield self
         for child in self.children:
             yield from child.below()
 
 
-def outline(task: Task, texts: Mapping[str, str]) -> Node:
+def outline(task: Task, texts: Mapping[str, str]) -> OutlineNode:
     """Return a task as a tree.
 
     Args:
@@ -55,7 +55,7 @@ def outline(task: Task, texts: Mapping[str, str]) -> Node:
         texts: of its files.
     """
     main = _Scope(texts, "")
-    root = Node("task", task.name, task.mark, fields=main.of_task(task), thing=task)
+    root = OutlineNode("task", task.name, task.mark, fields=main.of_task(task), thing=task)
     root.children = [
         main.group("params", task.mark, [main.param(one) for one in task.params.values()]),
         main.group("vars", task.mark, [main.var(key, expr) for key, expr in task.vars.items()]),
@@ -93,9 +93,9 @@ def _called(task: Task) -> dict[str, Subtree]:
     return names
 
 
-def _subtree(called: str, subtree: Subtree, texts: Mapping[str, str]) -> Node:
+def _subtree(called: str, subtree: Subtree, texts: Mapping[str, str]) -> OutlineNode:
     inside = _Scope(texts, called)
-    node = Node("subtree", called, subtree.mark, called, f"subtrees/{called}", thing=subtree)
+    node = OutlineNode("subtree", called, subtree.mark, called, f"subtrees/{called}", thing=subtree)
     if subtree.returns is not None:
         node.fields["returns"] = inside.value(subtree.returns)
     node.children = [
@@ -112,16 +112,16 @@ class _Scope:
     texts: Mapping[str, str]
     name: str
 
-    def group(self, title: str, mark: Mark, inside: list[Node]) -> Node:
-        return Node("group", title, mark, self.name, f"{title}/", {}, inside)
+    def group(self, title: str, mark: Mark, inside: list[OutlineNode]) -> OutlineNode:
+        return OutlineNode("group", title, mark, self.name, f"{title}/", {}, inside)
 
-    def value(self, expr: Expr) -> Value:
+    def value(self, expr: Expr) -> FieldValue:
         return values.value_of(expr, self.texts)
 
-    def exprs(self, given: Mapping[str, Expr | None]) -> dict[str, Value]:
+    def exprs(self, given: Mapping[str, Expr | None]) -> dict[str, FieldValue]:
         return {key: self.value(expr) for key, expr in given.items() if expr is not None}
 
-    def of_task(self, task: Task) -> dict[str, Value]:
+    def of_task(self, task: Task) -> dict[str, FieldValue]:
         words = {"task": task.name, "version": task.version, "description": " ".join(task.description.split())}
         words |= {"aliases": ", ".join(task.aliases), "priority": task.priority, "if_preempted": task.if_preempted}
         if task.preemptible != (task.priority != "high"):
@@ -131,35 +131,37 @@ class _Scope:
         found |= self.exprs(bounds)
         return found | {f"envelope {key}": values.text(f"{most:g}") for key, most in task.envelope.items()}
 
-    def param(self, param: Param) -> Node:
+    def param(self, param: Param) -> OutlineNode:
         fields = {"type": values.text(param.type)}
         fields |= self.exprs({"default": param.default, "min": param.min, "max": param.max})
         words = {"label": param.label, "help": param.help, "choices": ", ".join(param.choices)}
         words |= {"optional": "true" if param.optional else "", "aliases": ", ".join(param.aliases)}
         fields |= {key: values.text(said) for key, said in words.items() if said}
-        return Node("param", param.name, param.mark, self.name, f"params/{param.name}", fields, thing=param)
+        return OutlineNode("param", param.name, param.mark, self.name, f"params/{param.name}", fields, thing=param)
 
-    def var(self, key: str, expr: Expr) -> Node:
-        return Node("var", key, expr.mark, self.name, f"vars/{key}", {"value": self.value(expr)})
+    def var(self, key: str, expr: Expr) -> OutlineNode:
+        return OutlineNode("var", key, expr.mark, self.name, f"vars/{key}", {"value": self.value(expr)})
 
-    def role(self, role: Role, prefix: str) -> Node:
+    def role(self, role: Role, prefix: str) -> OutlineNode:
         fields = {"type": values.text(" or ".join(role.types))}
         bounds = {"id": role.id, "near": role.near, "prefer": role.prefer, "battery_min": role.battery_min}
         fields |= self.exprs(bounds | {"wait": role.wait})
         words = {"count": _how_many(role), "capabilities": ", ".join(sorted(role.capabilities))}
         words |= {"if_lost": role.if_lost if role.if_lost != "fail" else "", "away": "true" if role.away else ""}
         fields |= {key: values.text(said) for key, said in words.items() if said}
-        return Node("role", role.name, role.mark, self.name, f"{prefix}{role.name}", fields, thing=role)
+        return OutlineNode("role", role.name, role.mark, self.name, f"{prefix}{role.name}", fields, thing=role)
 
-    def step(self, step: Step, prefix: str) -> Node:
+    def step(self, step: Step, prefix: str) -> OutlineNode:
         path = f"{prefix}{step.seg}"
         fields = {**self.own(step), **self.modifiers(step)}
-        return Node(step.kind, _sub(step), step.mark, self.name, path, fields, self.inside(step, f"{path}."), step)
+        return OutlineNode(
+            step.kind, _sub(step), step.mark, self.name, path, fields, self.inside(step, f"{path}."), step
+        )
 
-    def inside(self, step: Step, prefix: str) -> list[Node]:
-        def branch(title: str, steps: tuple[Step, ...]) -> Node:
+    def inside(self, step: Step, prefix: str) -> list[OutlineNode]:
+        def branch(title: str, steps: tuple[Step, ...]) -> OutlineNode:
             mark = steps[0].mark if steps else step.mark
-            return Node(
+            return OutlineNode(
                 "branch", title, mark, self.name, f"{prefix}{title}", {}, [self.step(one, prefix) for one in steps]
             )
 
@@ -176,7 +178,7 @@ class _Scope:
                 return [*roles, *(self.step(one, prefix) for one in step.steps)]
         return [self.step(one, prefix) for one in children(step)]
 
-    def modifiers(self, step: Step) -> dict[str, Value]:
+    def modifiers(self, step: Step) -> dict[str, FieldValue]:
         found = {"name": values.text(step.name)} if step.name else {}
         found |= self.exprs({"note": step.note, "when": step.when, "timeout": step.timeout})
         if step.retry is not None:
@@ -190,7 +192,7 @@ class _Scope:
         found |= {"expect": self.value(expect)} if isinstance(expect, Expr) else {}
         return found | ({"save_as": values.name(save_as)} if save_as else {})
 
-    def own(self, step: Step) -> dict[str, Value]:
+    def own(self, step: Step) -> dict[str, FieldValue]:
         """Return what only steps of its kind say."""
         match step:
             case model.Do():
@@ -205,7 +207,7 @@ class _Scope:
                 found |= {"clears": values.name(step.clears.name)} if step.clears is not None else {}
                 return found | self.exprs({"escalate_after": step.escalate_after, "if_no_answer": step.if_no_answer})
             case model.Call():
-                found = {"call": Value(((SUBTREE, step.subtree.name),), step.subtree.name)}
+                found = {"call": FieldValue(((SUBTREE, step.subtree.name),), step.subtree.name)}
                 return found | {f"with {key}": self.value(expr) for key, expr in step.args.items()}
             case model.Request():
                 words = {"request": step.task, "priority": step.priority, "wait": "" if step.wait else "false"}
@@ -240,7 +242,7 @@ class _Scope:
                 return found | self.exprs(bounds | {"every": step.every, "max": step.max})
         return self.of_many(step)
 
-    def of_many(self, step: Step) -> dict[str, Value]:
+    def of_many(self, step: Step) -> dict[str, FieldValue]:
         """Return what a composite or `for` says."""
         words: dict[str, str] = {}
         if isinstance(step, model.Sequence | model.Fallback) and step.reactive:
@@ -248,7 +250,7 @@ class _Scope:
         if isinstance(step, model.Parallel | model.For):
             words["need"] = str(step.need) if step.need != "all" else ""
             words["on_child_failure"] = step.on_child_failure if step.on_child_failure != "finish" else ""
-        found: dict[str, Value] = {}
+        found: dict[str, FieldValue] = {}
         if isinstance(step, model.For):
             for key, expr in step.lists.items():
                 found[f"for {key}"] = values.defining(key, "in", self.value(expr))
@@ -257,7 +259,7 @@ class _Scope:
             found |= {"collect": values.name(step.collect)} if step.collect else {}
         return found | {key: values.text(said) for key, said in words.items() if said}
 
-    def assigned(self, step: model.Set) -> dict[str, Value]:
+    def assigned(self, step: model.Set) -> dict[str, FieldValue]:
         """Return what is set; the order counts only where one reads what another sets."""
         found = {f"set {key}": values.defining(key, "=", self.value(expr)) for key, expr in step.assign.items()}
         if any(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from formiga_bt.lang.model import Task
-from formiga_bt.show.diff.outline import Node
-from formiga_bt.show.diff.values import NAME, SUBTREE, Atom, Value
+from formiga_bt.show.diff.outline import OutlineNode
+from formiga_bt.show.diff.values import NAME, SUBTREE, Atom, FieldValue
 
 ALIKE: Final = 0.6
 """So much of the use of a name must be the same; of a subtree, of its steps."""
@@ -36,7 +36,7 @@ Names = dict[tuple[str, str], str]
 _SUBTREES: Final = "subtrees"
 
 
-def find_renames(old: Node, new: Node) -> tuple[list[Rename], Names]:
+def find_renames(old: OutlineNode, new: OutlineNode) -> tuple[list[Rename], Names]:
     """Return what was renamed, and the new names."""
     found: list[Rename] = []
     names: Names = {}
@@ -55,7 +55,7 @@ def find_renames(old: Node, new: Node) -> tuple[list[Rename], Names]:
     return found, names
 
 
-def with_names(old: Node, names: Names) -> None:
+def with_names(old: OutlineNode, names: Names) -> None:
     """Give a tree its new names; the words of its fields stay as they are written."""
     if not names:
         return
@@ -84,8 +84,8 @@ def _key(key: str, scope: str, names: Names, callee: str | None) -> str:
     return key
 
 
-def _bodies(root: Node) -> dict[str, list[Node]]:
-    found: dict[str, list[Node]] = {"": []}
+def _bodies(root: OutlineNode) -> dict[str, list[OutlineNode]]:
+    found: dict[str, list[OutlineNode]] = {"": []}
     for node in root.below():
         found.setdefault(node.scope, []).append(node)
     return found
@@ -93,7 +93,7 @@ def _bodies(root: Node) -> dict[str, list[Node]]:
 
 # -- subtrees: by their steps ------------------------------------------------------------------------------------------
 def _steps_alike(
-    olds: Mapping[str, list[Node]], news: Mapping[str, list[Node]], twice: set[str]
+    olds: Mapping[str, list[OutlineNode]], news: Mapping[str, list[OutlineNode]], twice: set[str]
 ) -> Iterator[tuple[float, str, str]]:
     gone, come = [one for one in olds if one not in news], [one for one in news if one not in olds]
     gone, come = [one for one in gone if one not in twice], [one for one in come if one not in twice]
@@ -104,26 +104,26 @@ def _steps_alike(
             yield _dice(steps, others), one, other
 
 
-def _visible(root: Node) -> set[str]:
+def _visible(root: OutlineNode) -> set[str]:
     """Return the subtrees that a task could call: one that is still there was not renamed."""
     return set(root.thing.subtrees) if isinstance(root.thing, Task) else set()
 
 
-def _blank_steps(nodes: list[Node]) -> Counter[object]:
+def _blank_steps(nodes: list[OutlineNode]) -> Counter[object]:
     steps = (node for node in nodes if node.kind not in ("group", "subtree"))
     return Counter((node.kind, node.sub if node.is_step else "", _blank_fields(node)) for node in steps)
 
 
-def _blank_fields(node: Node) -> frozenset[object]:
+def _blank_fields(node: OutlineNode) -> frozenset[object]:
     return frozenset((key.split()[0], _blank(value)) for key, value in node.fields.items())
 
 
-def _blank(value: Value) -> tuple[Atom, ...]:
+def _blank(value: FieldValue) -> tuple[Atom, ...]:
     return tuple([(NAME, "") if atom[0] in (NAME, SUBTREE) else atom for atom in value.atoms])
 
 
 # -- other names: by their use -----------------------------------------------------------------------------------------
-def _renamed_in(olds: list[Node], news: list[Node]) -> Iterator[tuple[str, str, str]]:
+def _renamed_in(olds: list[OutlineNode], news: list[OutlineNode]) -> Iterator[tuple[str, str, str]]:
     before, after = _defined(olds), _defined(news)
     gone = {name: kind for name, kind in before.items() if name not in after}
     come = {name: kind for name, kind in after.items() if name not in before}
@@ -140,7 +140,7 @@ def _renamed_in(olds: list[Node], news: list[Node]) -> Iterator[tuple[str, str, 
         yield gone[one], one, other
 
 
-def _defined(nodes: list[Node]) -> dict[str, str]:
+def _defined(nodes: list[OutlineNode]) -> dict[str, str]:
     """Return the names that a body defines, with what they are."""
     found: dict[str, str] = {}
     for node in nodes:
@@ -158,7 +158,7 @@ Uses = tuple[Counter[object], Counter[object]]
 """Of a name: what its definition says, and the fields that name it."""
 
 
-def _uses(nodes: list[Node], wanted: Mapping[str, str]) -> dict[str, Uses]:
+def _uses(nodes: list[OutlineNode], wanted: Mapping[str, str]) -> dict[str, Uses]:
     found: dict[str, Uses] = defaultdict(lambda: (Counter(), Counter()))
     for node in nodes:
         if node.kind in ("param", "var", "role") and node.sub in wanted:
@@ -170,7 +170,7 @@ def _uses(nodes: list[Node], wanted: Mapping[str, str]) -> dict[str, Uses]:
     return found
 
 
-def _hidden(value: Value, name: str, wanted: Mapping[str, str]) -> tuple[Atom, ...]:
+def _hidden(value: FieldValue, name: str, wanted: Mapping[str, str]) -> tuple[Atom, ...]:
     """Return a row in which a name, and others that may be renamed too, are blank."""
     return tuple(
         [

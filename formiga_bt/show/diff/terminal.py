@@ -13,10 +13,10 @@ from formiga_bt.lang import model
 from formiga_bt.lang.model import Param, Role, Step
 from formiga_bt.show.diff.caution import Caution
 from formiga_bt.show.diff.changes import Change, Difference
-from formiga_bt.show.diff.outline import Node
-from formiga_bt.show.facts import Spot
+from formiga_bt.show.diff.outline import OutlineNode
+from formiga_bt.show.facts import FileSpot
 from formiga_bt.show.tree import phrases
-from formiga_bt.show.tree.terminal import Line, Piece, columns_of, cut_to, safe
+from formiga_bt.show.tree.terminal import DrawnLine, LinePiece, columns_of, cut_to, safe
 
 _STYLES: Final = {"+": "success", "-": "failure", "~": "warn", ">": "kind", " ": "plain"}
 _SIGNS: Final = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "moved": ">"}
@@ -41,8 +41,8 @@ class _Row:
     """A line of the tree before layout, with what is under it."""
 
     sign: str
-    pieces: list[Piece]
-    spot: Spot | None = None
+    pieces: list[LinePiece]
+    spot: FileSpot | None = None
     details: list[str] = field(default_factory=list)
     inside: list["_Row"] = field(default_factory=list)
     fold: str = ""
@@ -52,7 +52,7 @@ class _Row:
 
 def draw(
     difference: Difference, look_at: Sequence[Caution] = (), *, width: int = 100, ascii_only: bool = False
-) -> list[Line]:
+) -> list[DrawnLine]:
     """Return the lines of a difference; none if nothing changed.
 
     Args:
@@ -65,13 +65,17 @@ def draw(
         return []
     lines = list(_Layout(width, ascii_only).lines(_Rows(difference, "->" if ascii_only else "→").top()))
     if look_at:
-        lines += [Line((Piece(""),)), Line((Piece("look at", "title"),))]
+        lines += [DrawnLine((LinePiece(""),)), DrawnLine((LinePiece("look at", "title"),))]
         for caution in look_at:
             where = f"  ({PurePath(caution.spot.file).name}:{caution.spot.line})" if caution.spot else ""
             text = caution.text if ascii_only else caution.text.replace("->", "→")
             said = wrap(safe(f"! {text}{where}", ascii_only), width, subsequent_indent="  ")
-            lines += [Line((Piece(line, "warn"),)) for line in said]
-    return [*lines, Line((Piece(""),)), *(Line((Piece(line, "title"),)) for line in wrap(difference.in_words(), width))]
+            lines += [DrawnLine((LinePiece(line, "warn"),)) for line in said]
+    return [
+        *lines,
+        DrawnLine((LinePiece(""),)),
+        *(DrawnLine((LinePiece(line, "title"),)) for line in wrap(difference.in_words(), width)),
+    ]
 
 
 class _Rows:
@@ -86,16 +90,16 @@ class _Rows:
     def top(self) -> list[_Row]:
         thing = self.new.thing
         version = thing.version if isinstance(thing, model.Task) else ""
-        head = self.row(self.new, [Piece(f"{self.new.sub} {version}".rstrip(), "title")])
+        head = self.row(self.new, [LinePiece(f"{self.new.sub} {version}".rstrip(), "title")])
         head.inside = []
         groups = [row for row in self.inside(self.new) if not row.fold]
         return [head, *groups]
 
-    def row(self, node: Node, pieces: list[Piece]) -> _Row:
+    def row(self, node: OutlineNode, pieces: list[LinePiece]) -> _Row:
         changes = self.of.get(node, ())
         inside = self.inside(node)
         sign = next((_SIGNS[c.what] for c in changes), " " if node in self.to_old else "+")
-        spot = Spot(node.mark.file, node.mark.line, node.mark.col)
+        spot = FileSpot(node.mark.file, node.mark.line, node.mark.col)
         row = _Row(sign, pieces, spot if node.kind not in ("group", "branch") else None, inside=inside)
         row.details = [text for change in changes for text in self.details(change)]
         if sign == " " and all(one.fold for one in inside):
@@ -103,11 +107,11 @@ class _Rows:
             row.count = (1 if node.is_step or not inside else 0) + sum(one.count for one in inside)
         return row
 
-    def inside(self, node: Node) -> list[_Row]:
+    def inside(self, node: OutlineNode) -> list[_Row]:
         """Return the rows under a node, with what was removed there at its old place."""
         was = self.to_old.get(node)
-        gone: dict[Node | None, list[Node]] = {}
-        last: Node | None = None
+        gone: dict[OutlineNode | None, list[OutlineNode]] = {}
+        last: OutlineNode | None = None
         for child in was.children if was is not None else ():
             there = self.to_new.get(child)
             if there is None:
@@ -123,12 +127,12 @@ class _Rows:
             return rows[0].inside
         return rows
 
-    def removed(self, node: Node) -> list[_Row]:
+    def removed(self, node: OutlineNode) -> list[_Row]:
         """Return the row of what is no more; of its inside what went with it."""
         if node.kind == "subtree" and not self.of.get(node):
             return []
         kept = sum(1 for one in node.below() if one.is_step and one in self.to_new)
-        spot = Spot(node.mark.file, node.mark.line, node.mark.col)
+        spot = FileSpot(node.mark.file, node.mark.line, node.mark.col)
         row = _Row("-", _label(node), spot if node.kind != "branch" else None)
         if kept:
             row.details.append(f"{kept} of the steps inside stay" if kept > 1 else "a step inside stays")
@@ -150,22 +154,22 @@ class _Rows:
             yield from (one.in_words(self.arrow) for one in change.fields)
 
 
-def _label(node: Node) -> list[Piece]:
+def _label(node: OutlineNode) -> list[LinePiece]:
     thing = node.thing
     if isinstance(thing, Step):
         spans = [*phrases.label_of(thing)]
-        pieces = [Piece(span.text, span.style) for span in spans]
+        pieces = [LinePiece(span.text, span.style) for span in spans]
         words = phrases.modifiers_of(thing)
-        return [*pieces, Piece(f"  [{'; '.join(words)}]", "warn")] if words else pieces
+        return [*pieces, LinePiece(f"  [{'; '.join(words)}]", "warn")] if words else pieces
     if isinstance(thing, Param):
-        return [Piece(span.text, span.style) for span in phrases.param_label(thing)]
+        return [LinePiece(span.text, span.style) for span in phrases.param_label(thing)]
     if isinstance(thing, Role):
-        return [Piece(span.text, span.style) for span in phrases.role_label(thing)]
+        return [LinePiece(span.text, span.style) for span in phrases.role_label(thing)]
     if node.kind == "var":
-        return [Piece(node.sub, "agent"), Piece(f" = {node.fields['value'].words}")]
+        return [LinePiece(node.sub, "agent"), LinePiece(f" = {node.fields['value'].words}")]
     if node.kind == "subtree":
-        return [Piece(node.sub, "agent"), Piece(f"  {PurePath(node.mark.file).name}", "dim")]
-    return [Piece(node.sub, "title" if node.kind == "group" else "kind")]
+        return [LinePiece(node.sub, "agent"), LinePiece(f"  {PurePath(node.mark.file).name}", "dim")]
+    return [LinePiece(node.sub, "title" if node.kind == "group" else "kind")]
 
 
 class _Layout:
@@ -175,12 +179,12 @@ class _Layout:
         self.width, self.ascii = width, ascii_only
         self.glyphs = _ASCII if ascii_only else _BOX
 
-    def lines(self, rows: Sequence[_Row]) -> Iterator[Line]:
+    def lines(self, rows: Sequence[_Row]) -> Iterator[DrawnLine]:
         for row in rows:
             yield from self.line(row, "", "")
             yield from self.below(row.inside, "")
 
-    def below(self, rows: Sequence[_Row], prefix: str) -> Iterator[Line]:
+    def below(self, rows: Sequence[_Row], prefix: str) -> Iterator[DrawnLine]:
         shown = list(self.folded(rows))
         for at, row in enumerate(shown):
             last = at == len(shown) - 1
@@ -203,12 +207,12 @@ class _Layout:
                 kinds = {one.fold for one in run}
                 word = kinds.pop() if len(kinds) == 1 else "step"
                 word = {"branch": "step"}.get(word, word)
-                yield _Row(" ", [Piece(f"... {count} {word}{'s' if count != 1 else ''}", "dim")])
+                yield _Row(" ", [LinePiece(f"... {count} {word}{'s' if count != 1 else ''}", "dim")])
             run = []
             if row is not None:
                 yield row
 
-    def line(self, row: _Row, prefix: str, lead: str) -> Iterator[Line]:
+    def line(self, row: _Row, prefix: str, lead: str) -> Iterator[DrawnLine]:
         place = ""
         if row.spot is not None:
             name = f"{PurePath(row.spot.file).name}:{row.spot.line}"
@@ -217,18 +221,18 @@ class _Layout:
         style = _STYLES[row.sign]
         prefix, lead = self.short(prefix), self.short(lead)
         room = self.width - 2 - len(prefix) - (len(place) + 2 if place else 0)
-        shown = [Piece(f"{row.sign} ", style), Piece(prefix, "dim")]
+        shown = [LinePiece(f"{row.sign} ", style), LinePiece(prefix, "dim")]
         for piece in row.pieces:
             text = cut_to(safe(piece.text, self.ascii), max(0, room), self.glyphs.cut)
-            shown.append(Piece(text, style if row.sign in "+-" else piece.style))
+            shown.append(LinePiece(text, style if row.sign in "+-" else piece.style))
             room -= columns_of(text)
         if place:
-            shown.append(Piece(" " * max(0, room + 2) + place, "dim"))
-        yield Line(tuple(shown))
+            shown.append(LinePiece(" " * max(0, room + 2) + place, "dim"))
+        yield DrawnLine(tuple(shown))
         inner = self.width - 4 - len(lead)
         for detail in row.details:
             for text in wrap(safe(detail, self.ascii), inner, subsequent_indent="  "):
-                yield Line((Piece("  "), Piece(lead, "dim"), Piece(f"  {text}", style)))
+                yield DrawnLine((LinePiece("  "), LinePiece(lead, "dim"), LinePiece(f"  {text}", style)))
 
     def short(self, prefix: str) -> str:
         """Return the lines that lead to a row, without those furthest left where they would fill half of the width."""

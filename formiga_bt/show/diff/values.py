@@ -25,37 +25,37 @@ QUANTITIES: Final = ("duration", "distance", "percent", "angle", "speed", "mass"
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class FieldValue:
     """What a field has: what is compared, and how people read it."""
 
     atoms: tuple[Atom, ...]
     words: str
 
-    def renamed(self, new: Callable[[Atom], Atom]) -> "Value":
+    def renamed(self, new: Callable[[Atom], Atom]) -> "FieldValue":
         """Return the value with other names."""
         atoms = tuple([new(atom) if atom[0] in (NAME, SUBTREE) else atom for atom in self.atoms])
-        return self if atoms == self.atoms else Value(atoms, self.words)
+        return self if atoms == self.atoms else FieldValue(atoms, self.words)
 
 
-def text(words: object) -> Value:
+def text(words: object) -> FieldValue:
     """Return the value of a plain word or text."""
-    return Value((("text", str(words)),), str(words))
+    return FieldValue((("text", str(words)),), str(words))
 
 
-def name(of: str) -> Value:
+def name(of: str) -> FieldValue:
     """Return the value of a name."""
-    return Value(((NAME, of),), of)
+    return FieldValue(((NAME, of),), of)
 
 
-def defining(of: str, joint: str, value: Value) -> Value:
+def defining(of: str, joint: str, value: FieldValue) -> FieldValue:
     """Return the value of a field that defines or sets a name."""
-    return Value(((NAME, of), ("sign", joint), *value.atoms), value.words)
+    return FieldValue(((NAME, of), ("sign", joint), *value.atoms), value.words)
 
 
-def names(of: Iterable[str]) -> Value:
+def names(of: Iterable[str]) -> FieldValue:
     """Return the value of several names in an order."""
     listed = tuple(of)
-    return Value(tuple([(NAME, one) for one in listed]), ", ".join(listed))
+    return FieldValue(tuple([(NAME, one) for one in listed]), ", ".join(listed))
 
 
 def source_of(expr: Expr) -> str:
@@ -65,7 +65,7 @@ def source_of(expr: Expr) -> str:
     return written[2:-1].strip() if whole else written
 
 
-def value_of(expr: Expr, texts: Mapping[str, str]) -> Value:
+def value_of(expr: Expr, texts: Mapping[str, str]) -> FieldValue:
     """Return what an expression says.
 
     Args:
@@ -73,11 +73,11 @@ def value_of(expr: Expr, texts: Mapping[str, str]) -> Value:
         texts: of the files, for points and lists, which have no source of their own.
     """
     if expr.is_const:
-        return Value(tuple(_const(expr.const, expr.type.name)), source_of(expr) or _const_words(expr.const))
+        return FieldValue(tuple(_const(expr.const, expr.type.name)), source_of(expr) or _const_words(expr.const))
     if expr.source.strip():
-        return Value(tuple(_source(expr.source)), source_of(expr))
+        return FieldValue(tuple(_source(expr.source)), source_of(expr))
     node = _node_at(expr.mark, texts.get(expr.mark.file, ""))
-    return Value(tuple(_node(node)), " ".join(_node_words(node).split())) if node is not None else text("")
+    return FieldValue(tuple(_node(node)), " ".join(_node_words(node).split())) if node is not None else text("")
 
 
 def _const(value: Any, type_: str) -> Iterator[Atom]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from formiga_bt.base.clock import Micros
 from formiga_bt.show.clean import cleaned, cut
 from formiga_bt.show.facts import Timeline
-from formiga_bt.show.gantt.plan import KINDS, SIGNS, WAITS, Bar, Group, Kind, Plan, Rest, Row, Sign, planned
+from formiga_bt.show.gantt.plan import KINDS, SIGNS, WAITS, Bar, GanttChart, GanttRow, Group, Kind, Rest, Sign, planned
 from formiga_bt.show.gantt.text import letters_of
 from formiga_bt.show.picture import INKS, Tips, agg, extent
 from formiga_bt.show.ticks import time_axis
@@ -73,7 +73,7 @@ def figure(
 
 
 class _Chart:
-    def __init__(self, plan: Plan, tips: Tips) -> None:
+    def __init__(self, plan: GanttChart, tips: Tips) -> None:
         from matplotlib.figure import Figure
 
         self.plan = plan
@@ -161,7 +161,7 @@ class _Chart:
             y += row.lanes
         return y
 
-    def _row(self, group: Group, row: Row, y: int) -> None:
+    def _row(self, group: Group, row: GanttRow, y: int) -> None:
         style: dict[str, Any] = {} if row.name else {"style": "italic", "color": "#555555"}
         self.axes.text(
             -0.008, y + row.lanes / 2, self._name(row.name), transform=self.axes.get_yaxis_transform(),

@@ -75,7 +75,7 @@ class Rest(Struct, frozen=True, kw_only=True):
     tip: str = ""
 
 
-class Row(Struct, frozen=True, kw_only=True):
+class GanttRow(Struct, frozen=True, kw_only=True):
     """An agent in a task; without a name: what the task itself waits for."""
 
     name: str
@@ -90,10 +90,10 @@ class Group(Struct, frozen=True, kw_only=True):
     task: str
     status: str
     title: str
-    rows: tuple[Row, ...]
+    rows: tuple[GanttRow, ...]
 
 
-class Plan(Struct, frozen=True, kw_only=True):
+class GanttChart(Struct, frozen=True, kw_only=True):
     """All that is drawn."""
 
     zero: Micros
@@ -143,7 +143,7 @@ def planned(
     to_us: Micros | None = None,
     page: int = 1,
     rows: int = PAGE,
-) -> Plan:
+) -> GanttChart:
     """Lay a timeline out.
 
     Args:
@@ -174,7 +174,7 @@ def planned(
     if any(bar.count > MANY for group in pages[page - 1] for row in group.rows for bar in row.bars):
         notes.append("short actions are put together: --from and --to show a part")
     note = "; ".join(notes)
-    return Plan(
+    return GanttChart(
         zero=zero, start=start, end=end, running=running and end >= most, groups=tuple(pages[page - 1]), page=page,
         pages=len(pages), note=note,
     )  # fmt: skip
@@ -229,16 +229,16 @@ def _title(task: TaskFact, now: Micros) -> str:
 
 def _rows(
     actions: Sequence[ActionFact], waits: Sequence[Waiting], start: Micros, end: Micros, least: float, now: Micros
-) -> list[Row]:
+) -> list[GanttRow]:
     """Return the task's own row, if it waited, and one for each agent; a question is the task's wait, whoever is asked."""
     own = _rests((wait for wait in waits if _is_own(wait)), start, end, now, least)
-    rows = [Row(name="", bars=(), rests=own)] if own else []
+    rows = [GanttRow(name="", bars=(), rests=own)] if own else []
     agents = dict.fromkeys([*(a.agent for a in actions), *(w.agent for w in waits if not _is_own(w))])
     for agent in agents:
         bars = _laned(_merged(_bars((a for a in actions if a.agent == agent), start, end, now), least))
         rests = _rests((wait for wait in waits if wait.agent == agent and not _is_own(wait)), start, end, now, least)
         lanes = 1 + max((bar.lane for bar in bars), default=0)
-        rows.append(Row(name=agent, bars=tuple(bars), rests=rests, lanes=lanes))
+        rows.append(GanttRow(name=agent, bars=tuple(bars), rests=rests, lanes=lanes))
     return rows
 
 

@@ -12,15 +12,15 @@ from msgspec import Struct
 
 from formiga_bt.show.clean import cleaned, cut
 from formiga_bt.show.facts import Timeline
-from formiga_bt.show.gantt.plan import KINDS, SIGNS, WAITS, Bar, Kind, Plan, Row, Sign, planned
-from formiga_bt.show.styled import Canvas, Ink, Text
+from formiga_bt.show.gantt.plan import KINDS, SIGNS, WAITS, Bar, GanttChart, GanttRow, Kind, Sign, planned
+from formiga_bt.show.styled import Canvas, Ink, StyledLine
 from formiga_bt.show.ticks import Axis, spread, time_axis
 
 LEAST: Final = 40
 TEXT_ROWS: Final = 400
 
 
-class Look(Struct, frozen=True):
+class GanttSigns(Struct, frozen=True):
     """The characters of a chart."""
 
     fill: dict[Kind, str]
@@ -34,7 +34,7 @@ class Look(Struct, frozen=True):
     line: str
 
 
-PLAIN: Final = Look(
+PLAIN: Final = GanttSigns(
     fill={"rise": "^", "move": "-", "work": "#", "ask": "~", "stop": "X", "mixed": "+"},
     rest={"pending": ".", "question": "?", "gate": ":", "held": "="},
     sign={"": "]", "failed": "!", "canceled": "/", "running": ">"},
@@ -45,7 +45,7 @@ PLAIN: Final = Look(
     tick="+",
     line="-",
 )
-FINE: Final = Look(
+FINE: Final = GanttSigns(
     fill={"rise": "▒", "move": "━", "work": "▓", "ask": "╌", "stop": "╳", "mixed": "▚"},
     rest={"pending": "·", "question": "?", "gate": ":", "held": "‖"},
     sign={"": "]", "failed": "✗", "canceled": "⊘", "running": "▶"},
@@ -71,7 +71,7 @@ def drawn(
     from_us: int | None = None,
     to_us: int | None = None,
     page: int = 1,
-) -> list[Text]:
+) -> list[StyledLine]:
     """Return a chart as lines.
 
     Args:
@@ -94,7 +94,7 @@ def drawn(
 
 
 class _Chart:
-    def __init__(self, plan: Plan, label: int, room: int, look: Look, *, ascii_only: bool) -> None:
+    def __init__(self, plan: GanttChart, label: int, room: int, look: GanttSigns, *, ascii_only: bool) -> None:
         self.plan = plan
         self.label = label
         self.room = room
@@ -104,25 +104,25 @@ class _Chart:
         self.used: dict[str, str] = {}
         """Action -> letter, of those that are drawn by their letters."""
 
-    def lines(self, clock: bool, zone: tzinfo) -> Iterator[Text]:
+    def lines(self, clock: bool, zone: tzinfo) -> Iterator[StyledLine]:
         plan, width = self.plan, self.label + self.room
         if not plan.groups:
-            yield Text.of("nothing has happened yet")
+            yield StyledLine.of("nothing has happened yet")
             return
         for group in plan.groups:
-            yield Text.of(cut(self._clean(group.title), width, self.look.cut), "bold")
+            yield StyledLine.of(cut(self._clean(group.title), width, self.look.cut), "bold")
             if not group.rows:
-                yield Text.of("   no action")
+                yield StyledLine.of("   no action")
             for row in group.rows:
                 yield from self._row(row)
         axis = time_axis(plan.start, plan.end, max(2, self.room // 8), zero=plan.zero, clock=clock, zone=zone)
         yield from self._axis(axis)
-        yield Text.of("")
+        yield StyledLine.of("")
         yield from self._legend()
         if plan.note:
-            yield Text.of(cut(plan.note, width, self.look.cut), "dim")
+            yield StyledLine.of(cut(plan.note, width, self.look.cut), "dim")
 
-    def _row(self, row: Row) -> Iterator[Text]:
+    def _row(self, row: GanttRow) -> Iterator[StyledLine]:
         canvas = Canvas(self.label + self.room, row.lanes)
         name = self._clean(row.name) if row.name else "(waits)"
         canvas.write(0, 2, cut(name, self.label - 3, self.look.cut), "" if row.name else "dim")
@@ -170,7 +170,7 @@ class _Chart:
         last = round((end - self.plan.start) / span * self.room)
         return min(first, self.room - 1), min(max(last, first + 1), self.room)
 
-    def _axis(self, axis: Axis) -> Iterator[Text]:
+    def _axis(self, axis: Axis) -> Iterator[StyledLine]:
         span = self.plan.end - self.plan.start
         canvas = Canvas(self.label + self.room, 2)
         canvas.write(0, self.label, self.look.line * self.room, "dim")
@@ -187,9 +187,9 @@ class _Chart:
             canvas.write(1, self.label + self.room - 3, "now", "bold")
         yield from canvas.lines()
         if not fits:
-            yield Text.of(f"  {cut(axis.unit, self.label + self.room - 2, self.look.cut)}", "dim")
+            yield StyledLine.of(f"  {cut(axis.unit, self.label + self.room - 2, self.look.cut)}", "dim")
 
-    def _legend(self) -> Iterator[Text]:
+    def _legend(self) -> Iterator[StyledLine]:
         look, bars = self.look, self.plan.bars
         letters = [f"{letter} {self._clean(name)}" for name, letter in sorted(self.used.items(), key=lambda x: x[1])]
         kinds = [f"{look.fill[kind] * 2} {word}" for kind, word in KINDS.items() if any(b.kind == kind for b in bars)]
@@ -197,7 +197,7 @@ class _Chart:
         signs = [f"{look.sign[sign]} {word}" for sign, word in SIGNS.items() if any(b.sign == sign for b in bars)]
         for entries in (letters, kinds, [*rests, *signs]):
             for line in wrapped(entries, self.label + self.room):
-                yield Text.of(cut(line, self.label + self.room, look.cut), "dim")
+                yield StyledLine.of(cut(line, self.label + self.room, look.cut), "dim")
 
     def _clean(self, text: str) -> str:
         return cleaned(text.replace("×", self.look.times), ascii_only=self.ascii_only)

@@ -7,7 +7,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.show.facts import Chart, Mark, Point, Shape
+from formiga_bt.show.facts import Chart, MapMark, MapShape, Point
 from formiga_bt.show.history.ledger import Ledger
 
 
@@ -31,28 +31,28 @@ def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) 
     )
 
 
-def _marks(site: Site) -> Iterator[Mark]:
-    yield Mark(name="base", kind="base", at=Point(0.0, 0.0))
+def _marks(site: Site) -> Iterator[MapMark]:
+    yield MapMark(name="base", kind="base", at=Point(0.0, 0.0))
     for port in site.ports.values():
         yield from _mark(port.name, "port", port.at)
     for name, at in site.places.items():
         yield from _mark(name, "place", at)
 
 
-def _mark(name: str, kind: Literal["port", "place"], at: object) -> Iterator[Mark]:
+def _mark(name: str, kind: Literal["port", "place"], at: object) -> Iterator[MapMark]:
     if isinstance(at, Place | Position):
         up = at.up_m if isinstance(at, Position) else 0.0
-        yield Mark(name=name, kind=kind, at=Point(at.east_m, at.north_m, up))
+        yield MapMark(name=name, kind=kind, at=Point(at.east_m, at.north_m, up))
 
 
-def _shapes(site: Site) -> Iterator[Shape]:
+def _shapes(site: Site) -> Iterator[MapShape]:
     if isinstance(site.fence, Region):
-        yield Shape(name="fence", kind="fence", corners=_corners(site.fence))
+        yield MapShape(name="fence", kind="fence", corners=_corners(site.fence))
     for region, zone in zip(site.no_fly, Airspace(site).no_fly, strict=True):
-        yield Shape(name=zone.name, kind="zone", corners=_corners(region), forbidden=True)
+        yield MapShape(name=zone.name, kind="zone", corners=_corners(region), forbidden=True)
     for name, region in site.regions.items():
         if isinstance(region, Region) and region not in site.no_fly:
-            yield Shape(name=name, kind="region", corners=_corners(region))
+            yield MapShape(name=name, kind="region", corners=_corners(region))
 
 
 def _corners(region: Region) -> tuple[Point, ...]:

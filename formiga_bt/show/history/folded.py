@@ -23,8 +23,8 @@ from formiga_bt.show.facts import (
     Because,
     Chart,
     Drawing,
+    FileSpot,
     Now,
-    Spot,
     StandingFact,
     Stats,
     StepFact,
@@ -39,7 +39,7 @@ from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.notes import notes
 from formiga_bt.show.history.records import agent_fact, agents_of, goal_fact, question_fact, task_fact
 from formiga_bt.show.history.spreads import stats
-from formiga_bt.show.history.urgency import NEVER, Index
+from formiga_bt.show.history.urgency import NEVER, UrgencyIndex
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.listed import listing, port_of
 from formiga_bt.show.why.front import explain, unknown
@@ -105,7 +105,7 @@ class FoldedSource:
     def now(self, *, first: int = 0, count: int = 100, find: str = "", over: bool = False) -> Now:
         """Return the site at its instant; see `Source.now`."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
+            state, index = self.ledger.state, UrgencyIndex(self.ledger, self._at(), self._speed)
             counts: dict[str, int] = {}
             for task in state.tasks.values():
                 counts[task.status] = counts.get(task.status, 0) + 1
@@ -134,7 +134,9 @@ class FoldedSource:
                 house=house,
             )
 
-    def _page(self, index: Index, first: int, count: int, find: str, *, over: bool) -> tuple[list[TaskFact], int, int]:
+    def _page(
+        self, index: UrgencyIndex, first: int, count: int, find: str, *, over: bool
+    ) -> tuple[list[TaskFact], int, int]:
         """Return a page of tasks, how many match, and how many of these only wait for agents."""
         tasks = index.state.tasks.values()
         going = [task for task in tasks if task.section != "done"]
@@ -153,11 +155,11 @@ class FoldedSource:
         return [task_fact(index, task) for task in shown], len(going) + len(ended), waiting
 
     @staticmethod
-    def _fits(index: Index, task: TaskRecord, find: str) -> bool:
+    def _fits(index: UrgencyIndex, task: TaskRecord, find: str) -> bool:
         plain = (task.id, task.code, task.status, task.by, task.reason, *agents_of(task), *task.held)
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 
-    def _top(self, index: Index, house: int) -> Top:
+    def _top(self, index: UrgencyIndex, house: int) -> Top:
         state, ledger = index.state, self.ledger
         machines = [agent for agent in state.agents.values() if not agent.human]
         asked = [question.asked_at for group in index.questions.values() for question in group]
@@ -185,7 +187,7 @@ class FoldedSource:
         """Return one task with its tree."""
         self._recall([task_id])
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
+            state, index = self.ledger.state, UrgencyIndex(self.ledger, self._at(), self._speed)
             task = self._known(task_id)
             story = self.ledger.story(task_id)
             model = model_of(self._tasks, task)
@@ -215,7 +217,7 @@ class FoldedSource:
 
     def _drawing(self, task: TaskRecord, model: Task | None) -> Drawing:
         if model is None:  # a task of the engine itself, or of a file that is gone
-            return Drawing(task=task.name, spot=Spot("", 0, 0))
+            return Drawing(task=task.name, spot=FileSpot("", 0, 0))
         kept = self._drawings.get(task.name)
         if kept is None or kept[0] is not model:
             from formiga_bt.show.tree.drawing import drawing_of
@@ -253,7 +255,7 @@ class FoldedSource:
         """Return the actions and waits of some tasks, or of all."""
         self._recall(tasks)
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
+            state, index = self.ledger.state, UrgencyIndex(self.ledger, self._at(), self._speed)
             shown = [self._known(one) for one in dict.fromkeys(tasks)] if tasks else list(state.tasks.values())
             wanted = {task.id for task in shown}
             stories = [self.ledger.story(task.id) for task in shown]

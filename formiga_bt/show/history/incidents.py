@@ -19,7 +19,7 @@ FAILSAFE_US: Micros = 120 * SECOND
 """A machine that says after a silence that it is its own master began so because of it."""
 
 
-class Happening(Struct):
+class IncidentRow(Struct):
     """One row. `who` is an agent, or a person; `ended` is empty while it lasts."""
 
     at: Micros
@@ -34,10 +34,10 @@ class Happenings:
     """Takes each change before it is applied; `rows` are in order of their begin."""
 
     def __init__(self) -> None:
-        self.rows: list[Happening] = []
-        self._open: dict[tuple[str, str], Happening] = {}
+        self.rows: list[IncidentRow] = []
+        self._open: dict[tuple[str, str], IncidentRow] = {}
         """(kind, agent) -> the row that lasts."""
-        self._silences: dict[str, Happening] = {}
+        self._silences: dict[str, IncidentRow] = {}
         """The newest silence of each machine, listed or not."""
         self._asked: dict[str, Micros] = {}
         """Since when an agent's clearance is asked for."""
@@ -73,7 +73,7 @@ class Happenings:
         if was is None:
             return
         if was.liveness == "ALIVE" and agent.liveness != "ALIVE":
-            row = Happening(at, agent.id, "not heard any more", "no new work for it")
+            row = IncidentRow(at, agent.id, "not heard any more", "no new work for it")
             self._open["silent", agent.id] = self._silences[agent.id] = row
         elif was.liveness != "LOST" and agent.liveness == "LOST" and ("silent", agent.id) in self._open:
             lost = self._list(self._open["silent", agent.id])
@@ -147,7 +147,7 @@ class Happenings:
         if was is not None and was.ended:
             return
         begin = self._asked.get(goal.agent, at)
-        row = Happening(begin, goal.agent, "nobody said that people stand clear", f"did not {goal.action}")
+        row = IncidentRow(begin, goal.agent, "nobody said that people stand clear", f"did not {goal.action}")
         row.ended, row.is_over = f"no_clearance after {_seconds(begin, at)}", True
         self._put(row)
 
@@ -159,7 +159,9 @@ class Happenings:
             or at < question.expires_at
         ):
             return
-        row = Happening(question.asked_at, ", ".join(question.asked), f"no answer to {question.number}", question.text)
+        row = IncidentRow(
+            question.asked_at, ", ".join(question.asked), f"no answer to {question.number}", question.text
+        )
         row.ended, row.is_over = f"its time was over after {_seconds(question.asked_at, at)}", True
         self._put(row)
 
@@ -170,17 +172,17 @@ class Happenings:
             self._list(row)
 
     # -- rows ----------------------------------------------------------------------------------------------------
-    def _start(self, kind: str, at: Micros, who: str, what: str, did: str, of: str | None = None) -> Happening:
-        row = self._open[kind, who if of is None else of] = Happening(at, who, what, did)
+    def _start(self, kind: str, at: Micros, who: str, what: str, did: str, of: str | None = None) -> IncidentRow:
+        row = self._open[kind, who if of is None else of] = IncidentRow(at, who, what, did)
         self._put(row)
         return row
 
-    def _list(self, row: Happening) -> Happening:
+    def _list(self, row: IncidentRow) -> IncidentRow:
         if not any(one is row for one in self.rows):
             self._put(row)
         return row
 
-    def _put(self, row: Happening) -> None:
+    def _put(self, row: IncidentRow) -> None:
         self.rows.append(row)
         self.rows.sort(key=lambda one: one.at)
 

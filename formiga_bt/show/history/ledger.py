@@ -13,17 +13,17 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState, apply
 from formiga_bt.engine.kernel.timers import WallTimer
 from formiga_bt.nodes.blackboard import Blackboard
-from formiga_bt.show.facts import LineFact, Mark, Point
+from formiga_bt.show.facts import LineFact, MapMark, Point
 from formiga_bt.show.history.notes import gate_words, hold_words
 from formiga_bt.show.history.progress import Progress
 from formiga_bt.show.history.rows import ActionRow, WaitRow, row_of
-from formiga_bt.show.history.tracks import POINTS, Way
-from formiga_bt.show.lines import Lines, of_question, of_refusal
+from formiga_bt.show.history.tracks import POINTS, AgentTrack
+from formiga_bt.show.lines import LineMaker, of_question, of_refusal
 
 WaitKind = Literal["pending", "question", "gate", "held"]
 Before = Callable[[Micros, ch.Change, EngineState], None]
@@ -48,15 +48,15 @@ ALL: Final = Bounds(ended=None, rows=None, lines_of_task=None, lines=None, marks
 """For runs that end."""
 
 
-class Event(Struct, frozen=True):
+class LedgerEvent(Struct, frozen=True):
     """Something that happened somewhere."""
 
     at: Micros
     task: str
-    mark: Mark
+    mark: MapMark
 
 
-class Story:
+class TaskStory:
     """What is kept of one task besides the engine's record."""
 
     __slots__ = ("lines", "names", "progress", "rows", "waits")
@@ -104,11 +104,11 @@ class Ledger:
         self.began_at: Micros = self.state.now
         """What was before is not known here."""
         self.bounds = bounds or Bounds()
-        self.stories: dict[str, Story] = {}
-        self.ways: dict[str, Way] = {}
+        self.stories: dict[str, TaskStory] = {}
+        self.ways: dict[str, AgentTrack] = {}
         self.lines: deque[LineFact] = deque(maxlen=self.bounds.lines)
         self.alarms: deque[LineFact] = deque(maxlen=self.bounds.marks)
-        self.events: deque[Event] = deque(maxlen=self.bounds.marks)
+        self.events: deque[LedgerEvent] = deque(maxlen=self.bounds.marks)
         self.waiting: dict[tuple[str, str], WaitRow] = {}
         """(kind, of what) -> the wait that lasts."""
         self.stuck: dict[str, Micros] = {}
@@ -120,7 +120,7 @@ class Ledger:
         self._open: dict[str, ActionRow] = {}
         """Goal -> its row, until it ends."""
         self._ended: deque[str] = deque()
-        self._lines = Lines({})
+        self._lines = LineMaker({})
         self._board = _NoBoard()
         self._takes: dict[type, Callable[[Micros, Any], None]] = {
             ch.TaskPut: self._task,
@@ -144,7 +144,7 @@ class Ledger:
         self.stuck.update((agent.id, self.state.now) for agent in self.state.agents.values() if needs_person(agent))
 
     # -- folding -----------------------------------------------------------------------------------------------------
-    def feed(self, step: Step) -> None:
+    def feed(self, step: EngineStep) -> None:
         """Take one step."""
         state, at, takes = self.state, step.at, self._takes
         if self.started_at is None:
@@ -181,17 +181,17 @@ class Ledger:
         if row.task in self.state.tasks:
             self.story(row.task).rows.append(row)
 
-    def story(self, task_id: str) -> Story:
+    def story(self, task_id: str) -> TaskStory:
         """Return what is kept of a task."""
         found = self.stories.get(task_id)
         if found is None:
             task = self.state.tasks.get(task_id)
-            found = self.stories[task_id] = Story(self.bounds, task.run if task is not None else 1)
+            found = self.stories[task_id] = TaskStory(self.bounds, task.run if task is not None else 1)
         return found
 
     def adopt(self, whole: "Ledger", task_id: str) -> None:
         """Take the story of a task from a ledger that saw it from its beginning to this very step, in place of what is here."""
-        story, mine, theirs = Story(self.bounds, 1), self.story(task_id), whole.story(task_id)
+        story, mine, theirs = TaskStory(self.bounds, 1), self.story(task_id), whole.story(task_id)
         story.rows.extend(theirs.rows)
         story.waits.extend(theirs.waits)
         story.lines.extend(theirs.lines)
@@ -210,7 +210,7 @@ class Ledger:
         self.events = deque(sorted(events, key=lambda event: event.at), self.bounds.marks)
         for agent, way in whole.ways.items():
             if agent not in self.ways:
-                self.ways[agent] = Way(agent, way.type, human=way.human, points=self.bounds.points)
+                self.ways[agent] = AgentTrack(agent, way.type, human=way.human, points=self.bounds.points)
             self.ways[agent].adopt(way, task_id, self.began_at)
 
     def _task(self, at: Micros, change: ch.TaskPut) -> None:
@@ -240,7 +240,7 @@ class Ledger:
         if causes and task.section != "done":
             self._wait(at, "held", task.id, task.id, text=text)
 
-    def _done(self, at: Micros, task: TaskRecord, story: Story) -> None:
+    def _done(self, at: Micros, task: TaskRecord, story: TaskStory) -> None:
         story.progress.cut(at)
         for kind in ("pending", "held"):
             self._go_on(at, kind, task.id)
@@ -260,7 +260,9 @@ class Ledger:
         if agent.position is not None and (old is None or agent.position != old.position or agent.task != old.task):
             way = self.ways.get(agent.id)
             if way is None:
-                way = self.ways[agent.id] = Way(agent.id, agent.type, human=agent.human, points=self.bounds.points)
+                way = self.ways[agent.id] = AgentTrack(
+                    agent.id, agent.type, human=agent.human, points=self.bounds.points
+                )
             way.note(at, agent.position, agent.task)
         elif old is not None and agent.heard_at != old.heard_at and agent.id in self.ways:
             self.ways[agent.id].stood(at)
@@ -281,7 +283,7 @@ class Ledger:
         where = agent.position if agent is not None else None
         if where is not None:
             point = Point(round(where.east_m, 2), round(where.north_m, 2), round(where.up_m, 2))
-            self.events.append(Event(at, task, Mark(name=name, kind=kind, at=point)))
+            self.events.append(LedgerEvent(at, task, MapMark(name=name, kind=kind, at=point)))
 
     def _goal(self, at: Micros, change: ch.GoalPut) -> None:
         goal = change.goal

@@ -15,7 +15,7 @@ from formiga_bt.show.history.rows import SECTIONS
 STATUS: dict[str, StepStatus] = {"S": "success", "F": "failure", "K": "skipped", "H": "stopped"}
 
 
-class Ends(Struct):
+class InstanceEnds(Struct):
     """How the instances of one step ended."""
 
     how: dict[str, int]
@@ -45,7 +45,7 @@ class Progress:
         self.run = run
         self.running: dict[str, Running] = {}
         """Instance -> since when."""
-        self.ends: dict[str, Ends] = {}
+        self.ends: dict[str, InstanceEnds] = {}
         """Static path -> how it ended."""
 
     # -- folding -----------------------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ class Progress:
         static = runs.path if runs is not None else static_path(instance)
         ends = self.ends.get(static)
         if ends is None:
-            ends = self.ends[static] = Ends({})
+            ends = self.ends[static] = InstanceEnds({})
         if letter != "H" and ends.last == "H" and ends.instance == instance and ends.ended_at >= _since(runs):
             ends.how["H"] -= 1  # its timeout stopped it, and now tells how it ended
         ends.how[letter] = ends.how.get(letter, 0) + 1
@@ -118,7 +118,7 @@ class Progress:
         ]
         return [fact for fact in (*found, *fresh) if fact.path.partition("/")[0] in SECTIONS]
 
-    def _fact(self, path: str, ends: Ends, running: int, began_at: Micros | None) -> StepFact:
+    def _fact(self, path: str, ends: InstanceEnds, running: int, began_at: Micros | None) -> StepFact:
         how = ends.how.get
         return StepFact(
             path=path,

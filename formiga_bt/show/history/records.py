@@ -12,7 +12,7 @@ from formiga_bt.show.amounts import percent
 from formiga_bt.show.facts import AgentFact, GoalFact, Point, QuestionFact, TaskFact
 from formiga_bt.show.history.notes import gate_words
 from formiga_bt.show.history.rows import path_of_goal, where
-from formiga_bt.show.history.urgency import Index
+from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.lapse import cleared_machine, lapses_at
 from formiga_bt.show.why.standing import stands
 
@@ -22,7 +22,7 @@ def point(where: Position) -> Point:
     return Point(round(where.east_m, 2), round(where.north_m, 2), round(where.up_m, 2))
 
 
-def task_fact(index: Index, task: TaskRecord) -> TaskFact:
+def task_fact(index: UrgencyIndex, task: TaskRecord) -> TaskFact:
     """Return a task as lists show it."""
     over = task.section == "done"
     coming = None if over else index.urgent(task)

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.show.facts import LineFact
 from formiga_bt.show.history.incidents import Happenings
@@ -15,7 +15,7 @@ from formiga_bt.show.history.rows import ActionRow as ActionRow
 from formiga_bt.show.history.rows import where as where
 
 
-class Line(Struct, frozen=True):
+class LogLine(Struct, frozen=True):
     """A line of the log for people."""
 
     at: Micros
@@ -30,7 +30,7 @@ class RunLog:
         self.ledger = _Whole(self)
         self.state = self.ledger.state
         self.actions: list[ActionRow] = []
-        self.lines: list[Line] = []
+        self.lines: list[LogLine] = []
         self.least_battery: dict[str, float] = {}
         self.errors: list[str] = []
         self.happened = Happenings()
@@ -41,7 +41,7 @@ class RunLog:
         """Return the instant of the first step."""
         return self.ledger.started_at
 
-    def feed(self, step: Step) -> None:
+    def feed(self, step: EngineStep) -> None:
         """Take one step."""
         self.happened.begin(step.input)
         self.ledger.feed(step)
@@ -74,7 +74,7 @@ class _Whole(Ledger):
 
     def tell(self, line: LineFact) -> None:
         super().tell(line)
-        self._log.lines.append(Line(line.at, line.text, line.severity))
+        self._log.lines.append(LogLine(line.at, line.text, line.severity))
 
     def row_began(self, row: ActionRow) -> None:
         super().row_began(row)

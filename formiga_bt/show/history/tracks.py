@@ -25,19 +25,19 @@ Fix = tuple[Micros, float, float, float]
 """When, and metres east, north, up."""
 
 
-class Piece(Struct):
+class TrackPiece(Struct):
     """The way of an agent while it worked for one task, or for none ("")."""
 
     task: str
     fixes: list[Fix] = field(default_factory=list)
 
 
-class Way:
+class AgentTrack:
     """The way of one agent."""
 
     def __init__(self, agent: str, agent_type: str, *, human: bool, points: int = POINTS) -> None:
         self.agent, self.type, self.human = agent, agent_type, human
-        self.pieces: list[Piece] = []
+        self.pieces: list[TrackPiece] = []
         self._points = points
         self._kept = 0
         self._waiting: list[Fix] = []
@@ -72,14 +72,14 @@ class Way:
         """Take that the agent is where it was."""
         self._still = at
 
-    def adopt(self, other: "Way", task: str, until: Micros) -> None:
+    def adopt(self, other: "AgentTrack", task: str, until: Micros) -> None:
         """Take what another one has of the way for a task before an instant; this one began then."""
         found = []
         for piece in other.pieces:
             newest = other._waiting[-1:] if piece is other.pieces[-1] else ()
             fixes = [fix for fix in (*piece.fixes, *newest) if fix[0] < until]
             if piece.task == task and fixes:
-                found.append(Piece(task, fixes))
+                found.append(TrackPiece(task, fixes))
                 self._kept += len(fixes)
         now = self.pieces[-1:]  # what waits belongs to it
         former = [*found, *self.pieces[:-1]]
@@ -112,7 +112,7 @@ class Way:
             self._kept -= len(self.pieces.pop().fixes)
         if self.pieces and self.pieces[-1].task == task:
             return
-        self.pieces.append(Piece(task))
+        self.pieces.append(TrackPiece(task))
         if last is not None:
             self._keep((at, *last[1:]))
 

@@ -1,13 +1,13 @@
 """What a site's tasks need and when: whom a task waits for, and the next thing that happens to it and cannot be taken back.
 
-An `Index` is made once per look at the site, so that thousands of tasks are sorted in milliseconds.
+An `UrgencyIndex` is made once per look at the site, so that thousands of tasks are sorted in milliseconds.
 """
 
 from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, GoalRecord, Question, Request, TaskRecord
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, TaskTime
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.notes import goal_words, hold_words
@@ -28,7 +28,7 @@ MOST: Final = 2
 """So many things that a task does are told."""
 
 
-class Index:
+class UrgencyIndex:
     """The records of a ledger by task, looked at at engine time `now`; `speed`: engine seconds per wall second."""
 
     def __init__(self, ledger: Ledger, now: Micros, speed: float = 1.0) -> None:
@@ -46,7 +46,7 @@ class Index:
         for goal in state.goals.values():
             if not goal.ended and goal.action != "Confirm":
                 self.goals.setdefault(goal.task, []).append(goal)
-        self.requests: dict[str, Request] = {request.holder: request for request in state.requests.values()}
+        self.requests: dict[str, AgentRequest] = {request.holder: request for request in state.requests.values()}
 
     # -- what comes --------------------------------------------------------------------------------------------------
     def urgent(self, task: TaskRecord) -> tuple[Micros, str] | None:

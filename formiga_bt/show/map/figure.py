@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.show.clean import cleaned, cut
-from formiga_bt.show.facts import Chart, Mark, Shape, Track
-from formiga_bt.show.map.labels import Places, Rect, along
-from formiga_bt.show.map.view import Scene, Walk, outside_in_words, scene_of, turns_of
+from formiga_bt.show.facts import Chart, MapMark, MapShape, Track
+from formiga_bt.show.map.labels import Rect, TakenSpace, along
+from formiga_bt.show.map.view import AgentWalk, MapScene, outside_in_words, scene_of, turns_of
 from formiga_bt.show.picture import INKS, Tips, agg, extent
 from formiga_bt.show.ticks import metre_step, time_axis
 
@@ -57,7 +57,7 @@ def figure(chart: Chart, tips: Tips, *, whole: bool = False, ids: tuple[str, ...
 
 
 class _Map:
-    def __init__(self, scene: Scene, tips: Tips) -> None:
+    def __init__(self, scene: MapScene, tips: Tips) -> None:
         from matplotlib.figure import Figure
 
         self.scene = scene
@@ -79,7 +79,7 @@ class _Map:
         self.axes.set_xlim(view.west, view.east)
         self.axes.set_ylim(view.south, view.north)
         box = self.axes.get_window_extent()
-        self.places = Places(Rect(box.x0 + 2, box.y0 + 2, box.x1 - 2, box.y1 - 2))
+        self.places = TakenSpace(Rect(box.x0 + 2, box.y0 + 2, box.x1 - 2, box.y1 - 2))
         self.labels = 0
 
     def draw(self, chart: Chart, ids: tuple[str, ...]) -> "Figure":
@@ -141,7 +141,7 @@ class _Map:
         )  # fmt: skip
         self.places.take(Rect(left - 4, low - 6, box.x1, low + 26))
 
-    def _shape(self, shape: Shape) -> None:
+    def _shape(self, shape: MapShape) -> None:
         from matplotlib.patches import Polygon
 
         edge, face, hatch = _SHAPES[shape.kind]
@@ -155,7 +155,7 @@ class _Map:
         patch.set_gid(self.tips.add(f"{kind} {shape.name}" if shape.name != kind else kind))
         self.axes.add_patch(patch)
 
-    def _shape_name(self, shape: Shape) -> None:
+    def _shape_name(self, shape: MapShape) -> None:
         if shape.kind == "fence":
             return
         view = self.scene.view
@@ -165,7 +165,7 @@ class _Map:
         at = sum(easts) / len(easts), sum(norths) / len(norths)
         self._label(cleaned(shape.name), *at, color=edge, style="italic", on=True)
 
-    def _mark(self, mark: Mark) -> None:
+    def _mark(self, mark: MapMark) -> None:
         shape, size, face, _ = _MARKS[mark.kind]
         (drawn,) = self.axes.plot(
             [mark.at.east_m], [mark.at.north_m], shape, markersize=size, color=face, markeredgecolor="black",
@@ -191,7 +191,7 @@ class _Map:
                 )
 
     # -- ways ----------------------------------------------------------------------------------------------------
-    def _walk(self, number: int, walk: Walk) -> None:
+    def _walk(self, number: int, walk: AgentWalk) -> None:
         ink, style = look_of(number)
         who = f"{walk.agent} ({walk.type})" + (f", {', '.join(walk.tasks)}" if walk.tasks else "")
         for piece in walk.pieces if not walk.stands else ():
@@ -232,7 +232,7 @@ class _Map:
             if arrow.arrow_patch is not None:
                 arrow.arrow_patch.set_gid(self.tips.add("", piece.agent))
 
-    def _walk_name(self, walk: Walk, ink: str) -> None:
+    def _walk_name(self, walk: AgentWalk, ink: str) -> None:
         """Write the agent's name at its way: at its farthest point from its begin, else at its middle or ends."""
         points = walk.points
         a = points[0]
@@ -245,7 +245,7 @@ class _Map:
             ):  # fmt: skip
                 return
 
-    def _heights(self, number: int, walk: Walk) -> None:
+    def _heights(self, number: int, walk: AgentWalk) -> None:
         """Write heights where a machine turns, each only once near by."""
         if walk.human:
             return
@@ -352,7 +352,7 @@ def look_of(number: int) -> tuple[str, Any]:
     return INKS[number % len(INKS)], LINES[(number + number // len(INKS)) % len(LINES)]
 
 
-def _entries(scene: Scene) -> list[Any]:
+def _entries(scene: MapScene) -> list[Any]:
     """Return what the legend lists."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

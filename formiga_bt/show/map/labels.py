@@ -29,7 +29,7 @@ class Rect(Struct, frozen=True):
         )
 
 
-class Places:
+class TakenSpace:
     """What is taken in a picture. Lines weigh less than labels: a label may cross one if there is no better place.
 
     Args:

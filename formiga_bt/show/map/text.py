@@ -11,11 +11,11 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.show.clean import cleaned, cut
-from formiga_bt.show.facts import Chart, Mark, Point, Shape, Track
+from formiga_bt.show.facts import Chart, MapMark, MapShape, Point, Track
 from formiga_bt.show.gantt.text import wrapped
 from formiga_bt.show.map.labels import along
-from formiga_bt.show.map.view import Scene, Walk, outside_in_words, scene_of, turns_of
-from formiga_bt.show.styled import Canvas, Ink, Text
+from formiga_bt.show.map.view import AgentWalk, MapScene, outside_in_words, scene_of, turns_of
+from formiga_bt.show.styled import Canvas, Ink, StyledLine
 from formiga_bt.show.ticks import lasted, metre_step
 
 LEAST: Final = 40
@@ -30,7 +30,7 @@ _PLAIN_ARROWS: Final = ("^", "^", ">", "v", "v", "v", "<", "^")
 _DOTS: Final = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 
 
-class Look(Struct, frozen=True):
+class MapSigns(Struct, frozen=True):
     """The characters of a map."""
 
     base: str
@@ -49,11 +49,11 @@ class Look(Struct, frozen=True):
     up: str
 
 
-PLAIN: Final = Look(
+PLAIN: Final = MapSigns(
     base="B", port="o", place="x", landing="v", event="*", person="@", fence="=", border=".", forbidden="/",
     arrows=_PLAIN_ARROWS, cut="~", corner="+", across="-", up="|",
 )  # fmt: skip
-FINE: Final = Look(
+FINE: Final = MapSigns(
     base="⊕", port="□", place="•", landing="▽", event="★", person="☻", fence="═", border="·", forbidden="╱",
     arrows=_ARROWS, cut="…", corner="┼", across="─", up="│",
 )  # fmt: skip
@@ -61,7 +61,7 @@ FINE: Final = Look(
 
 def drawn(
     chart: Chart, width: int = 100, *, ascii_only: bool = False, whole: bool = False, ids: Sequence[str] = ()
-) -> list[Text]:
+) -> list[StyledLine]:
     """Return a map as lines.
 
     Args:
@@ -77,7 +77,7 @@ def drawn(
 
 
 class _Map:
-    def __init__(self, scene: Scene, width: int, look: Look, *, ascii_only: bool) -> None:
+    def __init__(self, scene: MapScene, width: int, look: MapSigns, *, ascii_only: bool) -> None:
         self.scene = scene
         self.look = look
         self.ascii_only = ascii_only
@@ -86,9 +86,9 @@ class _Map:
         self.down = max(6, round(self.across / 2 * scene.view.height / scene.view.width))
         self.canvas = Canvas(width, self.down)
 
-    def lines(self, site: str, ids: Sequence[str]) -> Iterator[Text]:
+    def lines(self, site: str, ids: Sequence[str]) -> Iterator[StyledLine]:
         title = self._clean(f"{site}: {', '.join(ids)}" if ids else site)
-        yield Text.of(cut(title, self.width, self.look.cut), "bold")
+        yield StyledLine.of(cut(title, self.width, self.look.cut), "bold")
         step = metre_step(self.scene.view.width, max(3, self.across // 12))
         self._grid(step)
         for shape in self.scene.shapes:
@@ -101,7 +101,7 @@ class _Map:
         self._names()
         yield from self.canvas.lines()
         yield from self._axis(step)
-        yield Text.of("")
+        yield StyledLine.of("")
         yield from self._legend(step)
 
     # -- the ground ----------------------------------------------------------------------------------------------
@@ -115,7 +115,7 @@ class _Map:
             self.canvas.write(row, MARGIN, look.corner, "dim")
         self.canvas.write(0, self.width - 3, f"N {look.arrows[0]}", "bold")
 
-    def _axis(self, step: float) -> Iterator[Text]:
+    def _axis(self, step: float) -> Iterator[StyledLine]:
         view, look = self.scene.view, self.look
         canvas = Canvas(self.width, 2)
         canvas.write(0, MARGIN, look.corner + look.across * self.across, "dim")
@@ -131,7 +131,7 @@ class _Map:
                 free = at + len(text) + 2
         yield from canvas.lines()
 
-    def _shape(self, shape: Shape) -> None:
+    def _shape(self, shape: MapShape) -> None:
         sign = self.look.fence if shape.kind == "fence" else self.look.border
         corners = [self._fine(c) for c in (*shape.corners, shape.corners[0])]
         ink: Ink = "red" if shape.forbidden else "green" if shape.kind == "region" else "dim"
@@ -140,7 +140,7 @@ class _Map:
         for x, y in along(corners, 0.5):
             self._put(int(y), int(x), sign, ink)
 
-    def _fill(self, shape: Shape) -> None:
+    def _fill(self, shape: MapShape) -> None:
         corners = [self._fine(c) for c in shape.corners]
         for row in range(self.down):
             for column in range(MARGIN + 1, self.width):
@@ -153,11 +153,11 @@ class _Map:
             row, column = self._cell(mark.at)
             self._put(row, column, self._sign(mark), "bold")
 
-    def _sign(self, mark: Mark) -> str:
+    def _sign(self, mark: MapMark) -> str:
         return str(getattr(self.look, mark.kind))
 
     # -- ways ----------------------------------------------------------------------------------------------------
-    def _walk(self, number: int, walk: Walk) -> None:
+    def _walk(self, number: int, walk: AgentWalk) -> None:
         for piece in walk.pieces:
             self._piece(piece, letter_of(number), _INKS[number % len(_INKS)])
 
@@ -182,7 +182,7 @@ class _Map:
         angle = math.atan2(b[1] - a[1], -(b[0] - a[0]) * 2)
         return self.look.arrows[round(angle / (math.pi / 4)) % 8]
 
-    def _person(self, number: int, walk: Walk) -> None:
+    def _person(self, number: int, walk: AgentWalk) -> None:
         row, column = self._cell(walk.end)
         if walk.human:
             self._put(row, column, self.look.person, "bold")
@@ -216,12 +216,12 @@ class _Map:
     def _letter_at(self, row: int, column: int) -> bool:
         return column < self.width and self.canvas.is_word(row, column)
 
-    def _legend(self, step: float) -> Iterator[Text]:
+    def _legend(self, step: float) -> Iterator[StyledLine]:
         look, width = self.look, self.width
         cells = step / self.scene.view.width * self.across
-        yield Text.of(cut(f"{look.across * max(1, round(cells))} {step:g} m", width, look.cut), "dim")
+        yield StyledLine.of(cut(f"{look.across * max(1, round(cells))} {step:g} m", width, look.cut), "dim")
         for number, walk in enumerate(self.scene.walks):
-            yield Text.of(cut(self._told(number, walk), width, look.cut), _INKS[number % len(_INKS)])
+            yield StyledLine.of(cut(self._told(number, walk), width, look.cut), _INKS[number % len(_INKS)])
         kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "place", "landing", "event")
                  if any(mark.kind == kind for mark in self.scene.marks)]  # fmt: skip
         kinds += [f"{look.person} person"] if any(walk.human for walk in self.scene.walks) else []
@@ -230,12 +230,12 @@ class _Map:
             kinds.append(f"{look.border * 2} region or zone")
         kinds += [f"{look.forbidden * 2} no-fly"] if any(shape.forbidden for shape in self.scene.shapes) else []
         for line in wrapped(kinds, width):
-            yield Text.of(line, "dim")
+            yield StyledLine.of(line, "dim")
         for text in (outside_in_words(self.scene.outside, "--whole"), *self.scene.notes):
             if text:
-                yield Text.of(cut(self._clean(text), width, look.cut), "dim")
+                yield StyledLine.of(cut(self._clean(text), width, look.cut), "dim")
 
-    def _told(self, number: int, walk: Walk) -> str:
+    def _told(self, number: int, walk: AgentWalk) -> str:
         """Return an agent's line of the legend: how far it went, how high, for how long."""
         who = self._clean(f"{letter_of(number)} {walk.agent}")
         if walk.human or walk.stands:
@@ -269,7 +269,7 @@ def letter_of(number: int) -> str:
     return LETTERS[number % len(LETTERS)]
 
 
-def _heights(walk: Walk) -> str:
+def _heights(walk: AgentWalk) -> str:
     """Return the heights at which a way turns, in order."""
     ups = [round(piece.points[i].up_m) for piece in walk.pieces for i in turns_of(piece)]
     ups = [up for i, up in enumerate(ups) if not i or up != ups[i - 1]]
@@ -279,7 +279,7 @@ def _heights(walk: Walk) -> str:
     return f", heights {' '.join(shown)} m"
 
 
-def _middle(shape: Shape) -> Point:
+def _middle(shape: MapShape) -> Point:
     n = len(shape.corners)
     return Point(sum(c.east_m for c in shape.corners) / n, sum(c.north_m for c in shape.corners) / n)
 

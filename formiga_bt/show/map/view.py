@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.show.facts import Chart, Mark, Point, Shape, Track
+from formiga_bt.show.facts import Chart, MapMark, MapShape, Point, Track
 
 LEAST_M: Final = 20.0
 """A map is at least so wide."""
@@ -27,7 +27,7 @@ AGENTS: Final = 40
 """So many agents can be told apart on one map."""
 
 
-class View(Struct, frozen=True):
+class MapArea(Struct, frozen=True):
     """A rectangle of ground, metres."""
 
     west: float
@@ -51,7 +51,7 @@ class View(Struct, frozen=True):
         in_width = self.west + edge_x <= point.east_m <= self.east - edge_x
         return in_width and self.south + edge_y <= point.north_m <= self.north - edge_y
 
-    def cuts(self, shape: Shape) -> bool:
+    def cuts(self, shape: MapShape) -> bool:
         """Return whether some of an area's border or inside may be seen."""
         easts, norths = [c.east_m for c in shape.corners], [c.north_m for c in shape.corners]
         if not easts or max(easts) < self.west or min(easts) > self.east:
@@ -59,7 +59,7 @@ class View(Struct, frozen=True):
         return not (max(norths) < self.south or min(norths) > self.north)
 
 
-class Walk(Struct, frozen=True):
+class AgentWalk(Struct, frozen=True):
     """All pieces of the way of one agent."""
 
     agent: str
@@ -99,19 +99,19 @@ class Walk(Struct, frozen=True):
         return (min(times), max(times)) if len(times) > 1 else None
 
 
-class Scene(Struct, frozen=True, kw_only=True):
+class MapScene(Struct, frozen=True, kw_only=True):
     """What is drawn."""
 
-    view: View
-    marks: tuple[Mark, ...]
-    shapes: tuple[Shape, ...]
-    walks: tuple[Walk, ...]
+    view: MapArea
+    marks: tuple[MapMark, ...]
+    shapes: tuple[MapShape, ...]
+    walks: tuple[AgentWalk, ...]
     outside: tuple[str, ...] = ()
     """Names of what is not in view."""
     notes: tuple[str, ...] = ()
 
 
-def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = (1.0, 1.0)) -> Scene:
+def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = (1.0, 1.0)) -> MapScene:
     """Return what a map shows.
 
     Args:
@@ -141,7 +141,7 @@ def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = 
         notes.append("points that are no numbers are left out")
     if not walks:
         notes.append("nobody has moved yet")
-    return Scene(
+    return MapScene(
         view=view, marks=seen, shapes=areas, walks=shown, outside=tuple(dict.fromkeys(outside)), notes=tuple(notes)
     )
 
@@ -168,7 +168,7 @@ def turns_of(piece: Track) -> list[int]:
     return found
 
 
-def _walks(tracks: Iterable[Track]) -> tuple[Walk, ...]:
+def _walks(tracks: Iterable[Track]) -> tuple[AgentWalk, ...]:
     """Put together what is of one agent; a piece that goes on where the one before it ended is no piece of its own."""
     by_agent: dict[str, list[Track]] = {}
     for track in map(_finite, tracks):
@@ -181,19 +181,19 @@ def _walks(tracks: Iterable[Track]) -> tuple[Walk, ...]:
             track = replace(track, points=points, times=times, task=f"{last.task}, {track.task}".strip(", "))
         pieces.append(track)
     return tuple(
-        Walk(agent, p[0].type, p[0].human, tuple(dict.fromkeys(t.task for t in p if t.task)), tuple(p))
+        AgentWalk(agent, p[0].type, p[0].human, tuple(dict.fromkeys(t.task for t in p if t.task)), tuple(p))
         for agent, p in by_agent.items()
     )
 
 
-def _together(events: Iterable[Mark]) -> Iterable[Mark]:
+def _together(events: Iterable[MapMark]) -> Iterable[MapMark]:
     """Make one mark of what happened at one place."""
-    at_place: dict[tuple[int, int], list[Mark]] = {}
+    at_place: dict[tuple[int, int], list[MapMark]] = {}
     for mark in events:
         at_place.setdefault((round(mark.at.east_m / NEAR_M), round(mark.at.north_m / NEAR_M)), []).append(mark)
     for marks in at_place.values():
         names = list(dict.fromkeys(mark.name for mark in marks))
-        yield Mark(name=", ".join(names), kind="event", at=marks[0].at)
+        yield MapMark(name=", ".join(names), kind="event", at=marks[0].at)
 
 
 def _climbs(a: Point, b: Point) -> int:
@@ -213,17 +213,17 @@ def _turn_deg(a: Point, b: Point, c: Point) -> float:
     return min(turn, 360.0 - turn)
 
 
-def _around(points: list[Point], ratio: tuple[float, float]) -> View:
+def _around(points: list[Point], ratio: tuple[float, float]) -> MapArea:
     easts, norths = [p.east_m for p in points] or [0.0], [p.north_m for p in points] or [0.0]
     west, east, south, north = min(easts), max(easts), min(norths), max(norths)
     width, height = max((east - west) * MARGIN, LEAST_M), max((north - south) * MARGIN, LEAST_M * ratio[0])
     width = max(width, height / ratio[1])
     height = max(height, width * ratio[0])
     x, y = (west + east) / 2, (south + north) / 2
-    return View(x - width / 2, x + width / 2, y - height / 2, y + height / 2)
+    return MapArea(x - width / 2, x + width / 2, y - height / 2, y + height / 2)
 
 
-def _is_around(shape: Shape, view: View) -> bool:
+def _is_around(shape: MapShape, view: MapArea) -> bool:
     """Return whether an area's border is nowhere in view, so far as its bounds tell."""
     easts, norths = [c.east_m for c in shape.corners], [c.north_m for c in shape.corners]
     around = min(easts) < view.west and max(easts) > view.east and min(norths) < view.south and max(norths) > view.north

@@ -15,7 +15,7 @@ from formiga_bt.lang.text.reading import shorten
 from formiga_bt.lang.types import AgentRef, Type
 from formiga_bt.rehearsal.cases.codes import written_code
 from formiga_bt.rehearsal.cases.judging import standing
-from formiga_bt.show.replay.case_story import Fault, Story
+from formiga_bt.show.replay.case_story import CaseStory, Fault
 from formiga_bt.show.replay.when import in_words
 
 NEAR_M: Final = 1.0
@@ -30,7 +30,7 @@ _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def text_of(
-    story: Story, site: Site, model: Task, files: Mapping[str, str], zone: Any, loose: Collection[str] = ()
+    story: CaseStory, site: Site, model: Task, files: Mapping[str, str], zone: Any, loose: Collection[str] = ()
 ) -> str:
     """Return a test file with one case.
 
@@ -70,7 +70,7 @@ def text_of(
     return "\n".join(lines) + "\n"
 
 
-def told(story: Story) -> list[str]:
+def told(story: CaseStory) -> list[str]:
     """Return what of the story the case does not tell, or tells otherwise, in sentences."""
     first = story.first
     found: list[str] = []
@@ -138,11 +138,11 @@ def _seconds(us: Micros) -> str:
     return f"{max(0.0, us / SECOND):.1f} s"
 
 
-def _at(story: Story, at: Micros) -> dict[str, str]:
+def _at(story: CaseStory, at: Micros) -> dict[str, str]:
     return {"at": _seconds(at - story.at)}
 
 
-def _agents(story: Story, site: Site) -> Iterator[tuple[str, dict[str, str], str]]:
+def _agents(story: CaseStory, site: Site) -> Iterator[tuple[str, dict[str, str], str]]:
     """Yield how the fleet differed from the site at rest, and why; who was busy with something else is not there."""
     task = story.task
     mine = {*task.granted, *(one.agent for one in story.sent)}
@@ -175,7 +175,7 @@ def _away(agent: AgentRecord, task: str) -> str:
     return "" if agent.present else "it was switched off"
 
 
-def _fault(story: Story) -> Callable[[Fault], tuple[dict[str, str], str]]:
+def _fault(story: CaseStory) -> Callable[[Fault], tuple[dict[str, str], str]]:
     def keys(fault: Fault) -> tuple[dict[str, str], str]:
         found = {**_at(story, fault.at), "agent": fault.agent, "kind": fault.kind}
         if fault.presence:
@@ -200,7 +200,7 @@ def _near(agent: AgentRecord, spot: Place) -> bool:
     return at is not None and abs(at.east_m - spot.east_m) <= NEAR_M and abs(at.north_m - spot.north_m) <= NEAR_M
 
 
-def _answers(story: Story, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
+def _answers(story: CaseStory, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
     asks = [one for one in story.questions.values() if one.kind == "ask"]
     for n, question in enumerate(asks, 1):
         yield {"ask": str(n), **_reply(question)}, shorten(question.text, MOST)
@@ -219,7 +219,7 @@ def _reply(question: Question) -> dict[str, str]:
     }
 
 
-def _failures(story: Story, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
+def _failures(story: CaseStory, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
     for one in story.failed:
         keys = {"do": f"{one.who}.{one.action}", "nth": str(one.nth)}
         code = one.goal.code if _NAME.fullmatch(one.goal.code) else "failed"
@@ -237,7 +237,7 @@ def _ordinal(n: int) -> str:
     return f"{n}{last}"
 
 
-def _orders(story: Story, site: Site) -> Iterator[dict[str, str]]:
+def _orders(story: CaseStory, site: Site) -> Iterator[dict[str, str]]:
     for at, order in story.orders:
         by = {"by": order.by} if order.by in site.agents else {}
         match order:
@@ -251,7 +251,7 @@ def _orders(story: Story, site: Site) -> Iterator[dict[str, str]]:
                 yield {**_at(story, at), "order": verb, "target": name, **({"how": rest} if rest else {}), **by}
 
 
-def _expect(story: Story, loose: Collection[str]) -> Iterator[str]:
+def _expect(story: CaseStory, loose: Collection[str]) -> Iterator[str]:
     task = story.task
     yield f"status: {task.status.lower()}"
     code = written_code(task.code)
@@ -270,7 +270,7 @@ def _expect(story: Story, loose: Collection[str]) -> Iterator[str]:
         yield f"notices: [{parts}]{_why('a part of each notice, without names and numbers')}"
 
 
-def _ends(story: Story) -> dict[str, str]:
+def _ends(story: CaseStory) -> dict[str, str]:
     """Return how its machines were at the end: by role, or by machine if those of a role were not all the same."""
     of: dict[str, dict[str, str]] = {}
     for one in story.sent:

@@ -12,7 +12,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Notify, Operator, Resumed, SendGoal, Step
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, LockdownOrder, NotifyPeople, Operator, Resumed, SendGoal
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord, holder_of
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import EngineState
@@ -24,7 +24,7 @@ TOKEN_US: Final[Micros] = 3 * SECOND
 """A presence token that vanished no later after the last status went with the process; later, the link was silent before."""
 
 
-class Sent(Struct, frozen=True):
+class StoryGoal(Struct, frozen=True):
     """A goal that was sent."""
 
     who: str
@@ -59,7 +59,7 @@ class Fault(Struct, frozen=True):
     """When the engine gave the machine up."""
 
 
-class Run(Struct, frozen=True):
+class CaseRun(Struct, frozen=True):
     """One run of a task: each time that it began anew is another."""
 
     number: int
@@ -71,17 +71,17 @@ class Run(Struct, frozen=True):
     """Why it was ended to begin anew: restart, preempted, agent_lost. Empty: it was the last."""
 
 
-class Story(Struct):
+class CaseStory(Struct):
     """What the steps of a task tell that a case is made of."""
 
     task: TaskRecord
-    runs: tuple[Run, ...]
+    runs: tuple[CaseRun, ...]
     """All of them."""
-    first: Run
+    first: CaseRun
     """With which the story begins."""
     began: EngineState
     ended: EngineState
-    sent: list[Sent] = []
+    sent: list[StoryGoal] = []
     failed: list[Failed] = []
     questions: dict[str, Question] = {}
     notices: list[str] = []
@@ -96,7 +96,7 @@ class Story(Struct):
         return self.first.at
 
 
-def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> Story:
+def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> CaseStory:
     """Return what a case needs of a task.
 
     Args:
@@ -121,7 +121,7 @@ def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> S
         else max((n + 1 for n, run in enumerate(runs) if run.ended_by == "preempted"), default=0)
     )
     first = runs[begin]
-    story = Story(record, runs, first, machine.state(first.at), machine.state(record.ended_at))
+    story = CaseStory(record, runs, first, machine.state(first.at), machine.state(record.ended_at))
     reader = _Reader(story)
     # All steps: that a machine is silent, or back, is no step of its task.
     for kept in machine.events(machine.journal.seq_at(first.at - 1), machine.journal.seq_at(record.ended_at)):
@@ -131,8 +131,8 @@ def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> S
     return story
 
 
-def _runs(machine: TimeMachine, record: TaskRecord) -> tuple[Run, ...]:
-    found: list[Run] = []
+def _runs(machine: TimeMachine, record: TaskRecord) -> tuple[CaseRun, ...]:
+    found: list[CaseRun] = []
     begun, again = record.submitted_at, ""
     got: dict[int, Micros] = {}
     begins = {1: begun}
@@ -149,7 +149,7 @@ def _runs(machine: TimeMachine, record: TaskRecord) -> tuple[Run, ...]:
             again = task.again or again
     for number, begun in sorted(begins.items()):
         at = got.get(number, begun)
-        found.append(Run(number, at, at - begun, ends.get(number, "")))
+        found.append(CaseRun(number, at, at - begun, ends.get(number, "")))
     return tuple(found)
 
 
@@ -164,7 +164,7 @@ class _Silent(Struct):
 
 
 class _Reader:
-    def __init__(self, story: Story) -> None:
+    def __init__(self, story: CaseStory) -> None:
         self._story, self._id = story, story.task.id
         self._roles: dict[str, tuple[str, ...]] = {}
         self._now: Mapping[str, tuple[str, ...]] = {}
@@ -173,7 +173,7 @@ class _Reader:
         self._agents: dict[str, AgentRecord] = dict(story.began.agents)
         self._silent: dict[str, _Silent] = {}
 
-    def take(self, step: Step) -> None:
+    def take(self, step: EngineStep) -> None:
         story = self._story
         for change in step.changes:
             if isinstance(change, ch.AgentPut):
@@ -197,7 +197,7 @@ class _Reader:
         for effect in step.effects:
             if isinstance(effect, SendGoal) and effect.task == self._id and effect.action != CONFIRM:
                 self._sent(step.at, effect)
-            elif isinstance(effect, Notify) and effect.task == self._id:
+            elif isinstance(effect, NotifyPeople) and effect.task == self._id:
                 story.notices.append(effect.text)
 
     def _sent(self, at: Micros, goal: SendGoal) -> None:
@@ -209,7 +209,7 @@ class _Reader:
                 self._counts[name, goal.action] = self._counts.get((name, goal.action), 0) + 1
         who = role or goal.agent
         self._open[goal.goal_id] = (who, self._counts[who, goal.action], at)
-        self._story.sent.append(Sent(_role(self._roles, goal.agent) or goal.agent, goal.agent, goal.action))
+        self._story.sent.append(StoryGoal(_role(self._roles, goal.agent) or goal.agent, goal.agent, goal.action))
 
     def _goal(self, at: Micros, goal: GoalRecord) -> None:
         sent = self._open.get(goal.id)

@@ -5,7 +5,16 @@ from typing import Final
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, PublishState, Step, Submit
+from formiga_bt.engine.kernel.inputs import (
+    Abort,
+    Alarm,
+    EngineStep,
+    LockdownOrder,
+    NotifyPeople,
+    Operator,
+    PublishState,
+    Submit,
+)
 from formiga_bt.engine.kernel.records import ENDED
 from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.replay.machine import TimeMachine
@@ -14,14 +23,14 @@ from formiga_bt.show.replay.source import JournalSource
 WRONG: Final = frozenset({"failed", "rejected", "lost", "gate_refused", "in_doubt", "taken_over"})
 """States of goals that are failures."""
 SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0)
-Kind = Callable[[Step], bool]
+Kind = Callable[[EngineStep], bool]
 
 
-def is_event(step: Step) -> bool:
+def is_event(step: EngineStep) -> bool:
     """Return whether people see anything of a step: a status, a goal sent or ended, a question, a notice, an order."""
     if isinstance(step.input, Submit | Abort | Operator | LockdownOrder):
         return True
-    if any(isinstance(effect, PublishState | Notify | Alarm) for effect in step.effects):
+    if any(isinstance(effect, PublishState | NotifyPeople | Alarm) for effect in step.effects):
         return True
     return any(
         isinstance(change, ch.QuestionPut)
@@ -30,7 +39,7 @@ def is_event(step: Step) -> bool:
     )
 
 
-def is_failure(step: Step) -> bool:
+def is_failure(step: EngineStep) -> bool:
     """Return whether something went wrong: a task or a goal failed, or an alarm was given."""
     if any(
         isinstance(one, Alarm) or (isinstance(one, PublishState) and one.status == "FAILED") for one in step.effects

@@ -16,20 +16,20 @@ from msgspec import Struct
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Resumed, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, Resumed
 from formiga_bt.engine.kernel.records import TaskRecord, holder_of
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.journal.records import Gap, Kept
+from formiga_bt.journal.records import Gap, KeptStep
 from formiga_bt.journal.store import Journal
-from formiga_bt.journal.thin import Point, lay_over
+from formiga_bt.journal.thin import TrackPoint, lay_over
 from formiga_bt.show.history.ledger import ALL, Ledger
-from formiga_bt.show.history.tracks import Way
+from formiga_bt.show.history.tracks import AgentTrack
 from formiga_bt.show.replay.files import Files
 
 SOME_US: Final[Micros] = 600 * SECOND
 """Of the history before a moment is folded for lines and alarms."""
 
-Fix = tuple[int, str, Point]
+Fix = tuple[int, str, TrackPoint]
 """A way point behind the `seq` of its step and its agent."""
 
 
@@ -192,12 +192,12 @@ class TimeMachine:
         began = next((start.at for start in starts if start.epoch == epoch), None)
         return began if began is not None and self.first < began and starts[0].epoch != epoch else None
 
-    def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[Kept]:
+    def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[KeptStep]:
         """Return kept steps in order, of a task or of all."""
         return self.journal.read(after, to, task=task)
 
 
-def follow(ledger: Ledger, steps: Iterable[Step], fixes: Iterable[Fix] = ()) -> dict[str, int]:
+def follow(ledger: Ledger, steps: Iterable[EngineStep], fixes: Iterable[Fix] = ()) -> dict[str, int]:
     """Feed steps, and way points in between; return the `seq` of the last record of each agent."""
     put: dict[str, int] = {}
     rest = iter(fixes)
@@ -223,15 +223,15 @@ def _went(ledger: Ledger, fix: Fix) -> None:
         return
     way = ledger.ways.get(name)
     if way is None:
-        way = ledger.ways[name] = Way(name, agent.type, human=agent.human, points=ledger.bounds.points)
+        way = ledger.ways[name] = AgentTrack(name, agent.type, human=agent.human, points=ledger.bounds.points)
     way.note(point.at, position, agent.task)
 
 
-def _begins(step: Step, task_id: str) -> bool:
+def _begins(step: EngineStep, task_id: str) -> bool:
     return any(type(c) is ch.TaskPut and c.task.id == task_id and c.task.submitted_at == step.at for c in step.changes)
 
 
-def _agents_of(steps: Iterable[Step], task_id: str) -> list[str]:
+def _agents_of(steps: Iterable[EngineStep], task_id: str) -> list[str]:
     found: dict[str, None] = {}
     for step in steps:
         for change in step.changes:
@@ -242,12 +242,12 @@ def _agents_of(steps: Iterable[Step], task_id: str) -> list[str]:
     return list(found)
 
 
-def _part(step: Step, task_id: str, state: EngineState) -> Step:
+def _part(step: EngineStep, task_id: str, state: EngineState) -> EngineStep:
     """Return what of a step is about a task, and about agents."""
     changes = tuple(change for change in step.changes if _is_about(change, task_id, state))
     effects = tuple(one for one in step.effects if getattr(one, "task", "") == task_id)
     mine = getattr(step.input, "target", task_id) == task_id
-    return Step(step.seq, step.at, step.input, changes, effects, step.reply if mine else None)
+    return EngineStep(step.seq, step.at, step.input, changes, effects, step.reply if mine else None)
 
 
 def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from formiga_bt.show.replay.source import JournalSource
 
 
-class Happened(Struct, frozen=True, kw_only=True, omit_defaults=True):
+class StoryEvent(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One thing that happened."""
 
     at: Micros
@@ -26,7 +26,7 @@ class Tale(Struct, frozen=True, kw_only=True):
 
     at: Micros
     task: TaskFact
-    events: tuple[Happened, ...]
+    events: tuple[StoryEvent, ...]
     because: tuple[Because, ...]
 
 
@@ -37,7 +37,7 @@ def tale(source: "JournalSource", task_id: str) -> Tale:
         TaskError: there is no such task.
     """
     picture, timeline = source.task(task_id), source.timeline([task_id])
-    events = [Happened(at=one.at, text=one.text, severity=one.severity, agent=one.agent) for one in picture.lines]
+    events = [StoryEvent(at=one.at, text=one.text, severity=one.severity, agent=one.agent) for one in picture.lines]
     for action in timeline.actions:
         if action.action != "Confirm":
             events += _of_action(action)
@@ -52,25 +52,25 @@ def tale(source: "JournalSource", task_id: str) -> Tale:
     return Tale(at=picture.at, task=picture.task, events=tuple(events), because=tuple(source.why(task_id)[1]))
 
 
-def _of_action(action: ActionFact) -> list[Happened]:
+def _of_action(action: ActionFact) -> list[StoryEvent]:
     words = f"{action.agent} {action.action} {action.detail}".rstrip()
-    found = [Happened(at=action.start, text=words, agent=action.agent)]
+    found = [StoryEvent(at=action.start, text=words, agent=action.agent)]
     if action.end is not None:
         bad = action.state not in ("succeeded", "answered", "withdrawn", "canceled", "superseded")
         outcome = f"{action.state} {action.code if action.code != action.state else ''}".rstrip()
         text = f"{action.agent} {action.action}: {outcome}"
-        found.append(Happened(at=action.end, text=text, severity="warning" if bad else "info", agent=action.agent))
+        found.append(StoryEvent(at=action.end, text=text, severity="warning" if bad else "info", agent=action.agent))
     return found
 
 
-def _of_wait(wait: Waiting) -> list[Happened]:
+def _of_wait(wait: Waiting) -> list[StoryEvent]:
     who = f"{wait.agent} " if wait.agent else ""
-    return [Happened(at=wait.start, text=f"{who}{'is held' if wait.kind == 'held' else 'waits'}: {wait.text}")]
+    return [StoryEvent(at=wait.start, text=f"{who}{'is held' if wait.kind == 'held' else 'waits'}: {wait.text}")]
 
 
-def _of_restart(restart: "Restart") -> Happened:
+def _of_restart(restart: "Restart") -> StoryEvent:
     away, passed = restart.away_us / SECOND, (restart.at - restart.ended_at) / SECOND
     other = f" ({passed:.0f} s of engine time)" if abs(passed - away) > 1 + away / 10 else ""
     end = "the engine was ended" if restart.is_clean else "the engine ended without notice"
     text = f"{end}, started again after {away:.1f} s{other}"
-    return Happened(at=restart.ended_at, text=text, severity="info" if restart.is_clean else "warning")
+    return StoryEvent(at=restart.ended_at, text=text, severity="info" if restart.is_clean else "warning")

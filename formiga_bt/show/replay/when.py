@@ -22,7 +22,7 @@ _DAY: Final[Micros] = 86_400 * SECOND
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 
-class Times(Struct, frozen=True):
+class MomentWords(Struct, frozen=True):
     """What words for moments are reckoned from."""
 
     first: Micros
@@ -32,7 +32,7 @@ class Times(Struct, frozen=True):
     zone: tzinfo = UTC
 
 
-def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
+def moment(text: str, times: MomentWords, *, or_first: bool = False) -> Micros:
     """Return the moment that a text means, in engine time; after the end of the history it is its end.
 
     Args:
@@ -46,7 +46,7 @@ def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
     return min(meant(text, times, or_first=or_first), times.last)
 
 
-def meant(text: str, times: Times, *, or_first: bool = False) -> Micros:
+def meant(text: str, times: MomentWords, *, or_first: bool = False) -> Micros:
     """Return the moment that a text means, also one after the end; see `moment`."""
     words, shift = text.strip(), 0
     cut = _SHIFT.search(words)
@@ -66,7 +66,7 @@ def meant(text: str, times: Times, *, or_first: bool = False) -> Micros:
     return max(times.first, at)
 
 
-def _base(words: str, times: Times) -> Micros | None:
+def _base(words: str, times: MomentWords) -> Micros | None:
     if words in ("start", "end"):
         return times.first if words == "start" else times.last
     clock = _TIME.fullmatch(words)
@@ -82,7 +82,7 @@ def _base(words: str, times: Times) -> Micros | None:
     return _us(day)
 
 
-def _of_the_day(hour: int, minute: int, second: float, times: Times) -> Micros | None:
+def _of_the_day(hour: int, minute: int, second: float, times: MomentWords) -> Micros | None:
     """Return the last such time of the day before the end; or the one after it, if the history has not the one before."""
     if hour > 23 or minute > 59 or second >= 60:
         return None
@@ -92,7 +92,7 @@ def _of_the_day(hour: int, minute: int, second: float, times: Times) -> Micros |
     return at if at <= times.last or at - _DAY < times.first else at - _DAY
 
 
-def _of_task(task: TaskRecord, which: str, times: Times) -> Micros:
+def _of_task(task: TaskRecord, which: str, times: MomentWords) -> Micros:
     if which == "start":
         return task.submitted_at
     if which == "active":

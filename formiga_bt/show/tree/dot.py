@@ -12,9 +12,9 @@ from graphviz.quoting import quote
 from formiga_bt.show.facts import Box, Drawing, StepFact
 from formiga_bt.show.tree.drawing import tip_of
 from formiga_bt.show.tree.legend import legend_of
-from formiga_bt.show.tree.looks import GREY, INK, LINE_COLOUR, Look, badge_look, step_look, tints_of
-from formiga_bt.show.tree.outline import BADGE, LINE, PAD, SIZE, SMALL, Outline, Row, outline_of
-from formiga_bt.show.tree.textsize import FONT, Lines, Run, printable, text_width
+from formiga_bt.show.tree.looks import GREY, INK, LINE_COLOUR, BoxLook, badge_look, step_look, tints_of
+from formiga_bt.show.tree.outline import BADGE, LINE, PAD, SIZE, SMALL, OutlineRow, TreeOutline, outline_of
+from formiga_bt.show.tree.textsize import FONT, Lines, TextRun, printable, text_width
 
 Steps = Mapping[str, StepFact]
 
@@ -33,7 +33,7 @@ def dot_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str
 class _Graph:
     """Writes an outline as a graph."""
 
-    def __init__(self, drawing: Drawing, outline: Outline, runs: bool) -> None:
+    def __init__(self, drawing: Drawing, outline: TreeOutline, runs: bool) -> None:
         self._drawing = drawing
         self._outline = outline
         self._tints = tints_of(drawing)
@@ -65,7 +65,7 @@ class _Graph:
                 yield self._edge(rows[row.parent], row, f"n{row.parent}", f"n{at}")
         yield from self._legend_lines()
 
-    def _cluster(self, at: int, row: Row) -> str:
+    def _cluster(self, at: int, row: OutlineRow) -> str:
         bottom = self._outline.rows[row.last]
         box = (row.x - 4, row.y - 3, self._outline.width, bottom.y + bottom.height + 3)
         bb = f"{box[0]:.1f},{self.height - box[3]:.1f},{box[2]:.1f},{self.height - box[1]:.1f}"
@@ -74,7 +74,7 @@ class _Graph:
             f'subgraph cluster_{at} {{ graph [bb="{bb}" style=filled fillcolor="#00000009" color="#00000018"] n{at} }}'
         )
 
-    def _row(self, at: int, row: Row) -> Iterator[str]:
+    def _row(self, at: int, row: OutlineRow) -> Iterator[str]:
         box = row.box
         if box is None:
             yield self._node(f"n{at}", row.x, row.y, row.width, row.height, _table(row.lines, row.width))
@@ -94,7 +94,7 @@ class _Graph:
             y = row.y + min(row.height, LINE + 2 * PAD) / 2 - LINE / 2
             yield self._node(f"p{at}", self._outline.width - width, y, width, LINE, label)
 
-    def _badge(self, name: str, row: Row) -> str:
+    def _badge(self, name: str, row: OutlineRow) -> str:
         badge = row.badge
         assert badge is not None
         y = row.middle - BADGE / 2
@@ -105,7 +105,7 @@ class _Graph:
         centre = f"{x + width / 2:.1f},{self.height - y - height / 2:.1f}"
         return f'{name} [pos="{centre}" width={width / 72:.3f} height={height / 72:.3f} label={label}{more}]'
 
-    def _edge(self, parent: Row, row: Row, start: str, end: str) -> str:
+    def _edge(self, parent: OutlineRow, row: OutlineRow, start: str, end: str) -> str:
         if parent.box is None:  # of a section: nothing hangs on its heading
             return ""
         top = parent.middle + BADGE / 2 if parent.badge else parent.y + parent.height
@@ -122,7 +122,7 @@ class _Graph:
             yield self._node(f"w{at}", x + BADGE + 3, top + y + 2, width, LINE, label)
 
 
-def _attributes(look: Look) -> str:
+def _attributes(look: BoxLook) -> str:
     """Return a look as graphviz says it, where it is not that of every node."""
     style = ",".join(["rounded"] * look.rounded + ["filled", look.line])
     ink = f' fontcolor="{look.ink}"' if look.ink != INK else ""
@@ -133,7 +133,7 @@ def _tip(box: Box) -> str:
     return f" tooltip={_quoted(tip_of(box))}"
 
 
-def _table(lines: Lines, width: float, row: Row | None = None) -> str:
+def _table(lines: Lines, width: float, row: OutlineRow | None = None) -> str:
     rows = "".join(
         f'<tr><td align="left">{"".join(_run(run, row) for run in line)}</td></tr>' for line in lines if line
     )
@@ -141,7 +141,7 @@ def _table(lines: Lines, width: float, row: Row | None = None) -> str:
     return f'<<table border="0" cellborder="0" cellspacing="0" cellpadding="0" width="{room}">{rows}</table>>'
 
 
-def _run(run: Run, row: Row | None) -> str:
+def _run(run: TextRun, row: OutlineRow | None) -> str:
     inner = printable(run.text)
     bare = inner.strip(" ")
     if bare:  # SVG drops a space at the end of a piece

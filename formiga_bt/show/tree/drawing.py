@@ -12,7 +12,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.walk import Names, called_with, items_of
-from formiga_bt.show.facts import Box, Drawing, Span, Spot
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StyledSpan
 from formiga_bt.show.tree import phrases
 
 
@@ -34,7 +34,12 @@ def drawing_of(task: Task, *, sources: Mapping[str, str] | None = None) -> Drawi
         vars=tuple(_row("var", phrases.var_label(name, e), e.mark) for name, e in task.vars.items()),
         roles=tuple(_row("role", phrases.role_label(r), r.mark, role=r.name) for r in task.roles.values()),
         sections=tuple(
-            Box(kind="section", path=f"{name}/", label=(Span(name, "title"),), children=_boxes(steps, f"{name}/", {}))
+            Box(
+                kind="section",
+                path=f"{name}/",
+                label=(StyledSpan(name, "title"),),
+                children=_boxes(steps, f"{name}/", {}),
+            )
             for name, steps in (*sections, ("finally", task.finally_))
             if steps
         ),
@@ -42,12 +47,12 @@ def drawing_of(task: Task, *, sources: Mapping[str, str] | None = None) -> Drawi
     return drawing if sources is None else replace(drawing, sources=_used(drawing, sources))
 
 
-def _row(kind: str, label: tuple[Span, ...], mark: Mark, role: str = "") -> Box:
+def _row(kind: str, label: tuple[StyledSpan, ...], mark: Mark, role: str = "") -> Box:
     return Box(kind=kind, label=label, spot=_spot(mark), role=role)
 
 
-def _spot(mark: Mark) -> Spot:
-    return Spot(mark.file, mark.line, mark.col)
+def _spot(mark: Mark) -> FileSpot:
+    return FileSpot(mark.file, mark.line, mark.col)
 
 
 def _used(drawing: Drawing, sources: Mapping[str, str]) -> dict[str, str]:
@@ -99,7 +104,7 @@ def _children(step: Step, prefix: str, names: Names) -> tuple[Box, ...]:
 
 def _branch(word: str, steps: tuple[Step, ...], prefix: str, names: Names, mark: Mark | None = None) -> Box:
     spot = _spot(mark) if mark else None
-    return Box(kind="branch", label=(Span(word, "kind"),), spot=spot, children=_boxes(steps, prefix, names))
+    return Box(kind="branch", label=(StyledSpan(word, "kind"),), spot=spot, children=_boxes(steps, prefix, names))
 
 
 # -- reading a drawing -------------------------------------------------------------------------------------------------

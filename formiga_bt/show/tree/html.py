@@ -10,7 +10,7 @@ from html import escape as as_html
 from importlib.resources import files
 from pathlib import PurePath
 
-from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StepFact
 from formiga_bt.show.tree.drawing import is_step
 from formiga_bt.show.tree.marks import MARKS, mark_of, note_of
 from formiga_bt.show.tree.outline import BADGES
@@ -117,7 +117,7 @@ class _Page:
             return f"<b>{escape(text)}</b>"
         return f'<span class="mods">{escape(text)}</span>' if style == "dim" else escape(text)
 
-    def _link(self, spot: Spot) -> str:
+    def _link(self, spot: FileSpot) -> str:
         words = escape(f"{PurePath(spot.file).name}:{spot.line}")
         at = self._files.get(spot.file)
         if at is None:

@@ -2,25 +2,25 @@
 
 from typing import NamedTuple
 
-from formiga_bt.show.tree.looks import CONDITIONS, SUBTREE_WIDTH, Look
+from formiga_bt.show.tree.looks import CONDITIONS, SUBTREE_WIDTH, BoxLook
 from formiga_bt.show.tree.marks import MARKS
-from formiga_bt.show.tree.outline import BADGE, BADGES, GAP, SMALL, Outline
+from formiga_bt.show.tree.outline import BADGE, BADGES, GAP, SMALL, TreeOutline
 from formiga_bt.show.tree.textsize import text_width
 
 
-class Entry(NamedTuple):
+class LegendEntry(NamedTuple):
     """One entry with its place, points from the top left of the legend."""
 
     words: str
     symbol: str
-    look: Look
+    look: BoxLook
     x: float
     y: float
     width: float
     """Of the words."""
 
 
-def legend_of(outline: Outline, runs: bool) -> list[Entry]:
+def legend_of(outline: TreeOutline, runs: bool) -> list[LegendEntry]:
     """Return the legend of a picture, in lines as wide as it.
 
     Args:
@@ -33,25 +33,25 @@ def legend_of(outline: Outline, runs: bool) -> list[Entry]:
         width = text_width(words, SMALL) + 4
         if x and x + BADGE + 3 + width > outline.width:
             x, y = 0.0, y + BADGE + 3
-        entries.append(Entry(words, symbol, look, x, y, width))
+        entries.append(LegendEntry(words, symbol, look, x, y, width))
         x += BADGE + 3 + width + 10
     return entries
 
 
-def _needed(outline: Outline, runs: bool) -> list[tuple[str, str, Look]]:
+def _needed(outline: TreeOutline, runs: bool) -> list[tuple[str, str, BoxLook]]:
     kinds = {row.box.kind for row in outline.rows if row.box and row.parent is not None}
-    found = [(badge.words, badge.symbol, Look(shape=badge.shape)) for kind, badge in BADGES.items() if kind in kinds]
+    found = [(badge.words, badge.symbol, BoxLook(shape=badge.shape)) for kind, badge in BADGES.items() if kind in kinds]
     leaves = (
-        ("goal of an agent", {"do"}, Look()),
-        ("people", {"ask", "notify"}, Look(shape="note")),
-        ("another task", {"request"}, Look(shape="box3d")),
-        ("condition", CONDITIONS, Look(rounded=True)),
-        ("subtree", {"call"}, Look(width=SUBTREE_WIDTH)),
+        ("goal of an agent", {"do"}, BoxLook()),
+        ("people", {"ask", "notify"}, BoxLook(shape="note")),
+        ("another task", {"request"}, BoxLook(shape="box3d")),
+        ("condition", CONDITIONS, BoxLook(rounded=True)),
+        ("subtree", {"call"}, BoxLook(width=SUBTREE_WIDTH)),
     )
     found += [(words, "", look) for words, of, look in leaves if kinds & of]
     if runs:
         used = {row.mark.status for row in outline.rows if row.mark}
         for mark in MARKS:
-            look = Look(line=mark.line, colour=mark.colour, width=mark.width, ink=mark.colour)
+            look = BoxLook(line=mark.line, colour=mark.colour, width=mark.width, ink=mark.colour)
             found += [(mark.words, mark.glyph, look)] if mark.status in used else []
     return found

@@ -6,7 +6,7 @@ from typing import Final
 
 from formiga_bt.show.facts import Box, Drawing
 from formiga_bt.show.tree.marks import StatusMark
-from formiga_bt.show.tree.outline import Row, Shape
+from formiga_bt.show.tree.outline import OutlineRow, Shape
 
 TINTS: Final = ("#d5e8f7", "#fde3c8", "#d6efe1", "#f5dbe8", "#fbf3c0", "#e4dff2", "#dcefef", "#ece4d8")
 """Of the roles, in the order of the file."""
@@ -23,7 +23,7 @@ SUBTREE_WIDTH: Final = 1.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
+class BoxLook:
     """How a box is painted."""
 
     shape: Shape = "box"
@@ -44,11 +44,11 @@ def tints_of(drawing: Drawing) -> dict[str, str]:
     return {box.role: TINTS[at % len(TINTS)] for at, box in enumerate(drawing.roles)}
 
 
-def step_look(box: Box, row: Row, tints: Mapping[str, str]) -> Look | None:
+def step_look(box: Box, row: OutlineRow, tints: Mapping[str, str]) -> BoxLook | None:
     """Return how a step without a badge, or a role of the head, looks; None = its text stands without a box."""
     if box.kind in ("section", "branch", "param", "var"):
         return None
-    look = Look(
+    look = BoxLook(
         shape=SHAPES.get(box.kind, "box"),
         fill=tints.get(box.task_role or box.role.partition(",")[0], "white"),
         rounded=box.kind in CONDITIONS,
@@ -57,15 +57,15 @@ def step_look(box: Box, row: Row, tints: Mapping[str, str]) -> Look | None:
     return _marked(look, row.mark)
 
 
-def badge_look(row: Row) -> Look:
+def badge_look(row: OutlineRow) -> BoxLook:
     """Return how the sign before a step with others inside looks."""
     assert row.badge is not None
-    return _marked(Look(shape=row.badge.shape), row.mark)
+    return _marked(BoxLook(shape=row.badge.shape), row.mark)
 
 
-def _marked(look: Look, mark: StatusMark | None) -> Look:
+def _marked(look: BoxLook, mark: StatusMark | None) -> BoxLook:
     if mark is None:
         return look
-    return Look(
+    return BoxLook(
         shape=look.shape, fill=look.fill, rounded=look.rounded, line=mark.line, colour=mark.colour, width=mark.width
     )

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from textwrap import wrap
 from typing import Final
 
-from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StepFact
 from formiga_bt.show.tree.drawing import is_step, text_of
 from formiga_bt.show.tree.looks import CONDITIONS, TINTS
 from formiga_bt.show.tree.marks import MARKS, mark_of, note_of
@@ -106,7 +106,7 @@ class _Chart:
         return f":::r{tint}" if tint is not None and is_step(box) else ""
 
 
-def _label(texts: list[str], hidden: int, spot: Spot | None) -> str:
+def _label(texts: list[str], hidden: int, spot: FileSpot | None) -> str:
     lines: list[str] = []
     for text in texts:
         lines += wrap(text, COLUMNS, max_lines=LINES, placeholder=" …") or [text]

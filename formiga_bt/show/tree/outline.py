@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Final, Literal
 
-from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StepFact
 from formiga_bt.show.tree.drawing import is_step, walk
 from formiga_bt.show.tree.marks import StatusMark, mark_of, note_of
-from formiga_bt.show.tree.textsize import Lines, Run, flow, run_width, text_width
+from formiga_bt.show.tree.textsize import Lines, TextRun, flow, run_width, text_width
 
 WIDTH: Final = 500.0
 SIZE: Final = 9.5
@@ -56,7 +56,7 @@ BADGES: Final[Mapping[str, Badge]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class OutlineRow:
     """A step, a branch, a section or a row of the head, with its place."""
 
     box: Box | None
@@ -86,15 +86,15 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class TreeOutline:
     """A drawing with places."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[OutlineRow, ...]
     width: float
     height: float
 
 
-def outline_of(drawing: Drawing, steps: Mapping[str, StepFact] | None = None, title: str = "") -> Outline:
+def outline_of(drawing: Drawing, steps: Mapping[str, StepFact] | None = None, title: str = "") -> TreeOutline:
     """Return a drawing with a place for each step.
 
     Args:
@@ -117,13 +117,13 @@ class _Pen:
         self._places = max((text_width(place, SMALL) for place in places), default=0.0) + 6
         self._right = max(WIDTH - self._places, deepest * self._indent + LEAST)
         self._y = 0.0
-        self._rows: list[Row] = []
+        self._rows: list[OutlineRow] = []
 
-    def all(self, title: str) -> Outline:
+    def all(self, title: str) -> TreeOutline:
         drawing = self._drawing
-        self._text([Run(title or f"{drawing.task} {drawing.version}".rstrip(), "title")], drawing.spot, 1.5)
-        self._text([Run(drawing.description)])
-        self._text([Run(", ".join(drawing.facts), "italic")])
+        self._text([TextRun(title or f"{drawing.task} {drawing.version}".rstrip(), "title")], drawing.spot, 1.5)
+        self._text([TextRun(drawing.description)])
+        self._text([TextRun(", ".join(drawing.facts), "italic")])
         for word, boxes in (("params", drawing.params), ("vars", drawing.vars), ("agents", drawing.roles)):
             if boxes and not title:
                 self._heading(word)
@@ -136,30 +136,32 @@ class _Pen:
             for box in section.children:
                 self._step(box, 0, at)
             if section.hidden:
-                self._text([Run(f"({section.hidden} more)", "italic")])
-        return Outline(tuple(self._rows), self._right + self._places, self._y)
+                self._text([TextRun(f"({section.hidden} more)", "italic")])
+        return TreeOutline(tuple(self._rows), self._right + self._places, self._y)
 
-    def _text(self, runs: list[Run], spot: Spot | None = None, scale: float = 1.0) -> None:
+    def _text(self, runs: list[TextRun], spot: FileSpot | None = None, scale: float = 1.0) -> None:
         if not "".join(run.text for run in runs):
             return
         lines = flow(runs, self._right / scale - 2 * PAD, SIZE)
         height = LINE * scale * len(lines)
         place = f"{PurePath(spot.file).name}:{spot.line}" if spot else ""
-        self._put(Row(box=None, lines=lines, x=0, y=self._y, width=self._right, height=height, place=place))
+        self._put(OutlineRow(box=None, lines=lines, x=0, y=self._y, width=self._right, height=height, place=place))
 
     def _heading(self, word: str) -> None:
         self._y += GAP
-        runs = [[Run(word, "heading")]]
-        self._put(Row(box=None, lines=runs, x=0, y=self._y, width=self._right, height=LINE + 2))
+        runs = [[TextRun(word, "heading")]]
+        self._put(OutlineRow(box=None, lines=runs, x=0, y=self._y, width=self._right, height=LINE + 2))
 
     def _head_row(self, box: Box) -> None:
-        runs = [Run(span.text, "bold" if span.style == "agent" else "plain") for span in box.label]
+        runs = [TextRun(span.text, "bold" if span.style == "agent" else "plain") for span in box.label]
         lines = flow(runs, self._right - 12 - 2 * PAD, SIZE)
         width = self._right - 12
         if box.kind == "role":
             width = _widest(lines) + 2 * PAD
         height = LINE * len(lines) + 3
-        self._put(Row(box=box, lines=lines, x=12, y=self._y, width=width, height=height, place=self._place(box.spot)))
+        self._put(
+            OutlineRow(box=box, lines=lines, x=12, y=self._y, width=width, height=height, place=self._place(box.spot))
+        )
 
     def _step(self, box: Box, depth: int, parent: int) -> None:
         at = len(self._rows)
@@ -172,7 +174,7 @@ class _Pen:
         height = max(LINE * len(lines) + 2 * PAD - 1, BADGE if badge else 0)
         width = min(_widest(lines) + corner + 2 * PAD + 1, self._right - start)
         self._put(
-            Row(
+            OutlineRow(
                 box=box,
                 lines=lines,
                 x=x,
@@ -191,23 +193,23 @@ class _Pen:
             self._y += GAP / 2
         self._rows[at] = replace(self._rows[at], last=len(self._rows) - 1)
 
-    def _runs(self, box: Box, mark: StatusMark | None) -> list[Run]:
-        runs = [Run(f"{mark.glyph} ", "mark")] if mark else []
+    def _runs(self, box: Box, mark: StatusMark | None) -> list[TextRun]:
+        runs = [TextRun(f"{mark.glyph} ", "mark")] if mark else []
         for span in box.label:
             bold = span.style in ("title", "agent", "kind")
-            runs.append(Run(span.text, "bold" if bold else "plain"))
+            runs.append(TextRun(span.text, "bold" if bold else "plain"))
         if box.modifiers:
-            runs.append(Run(f" [{'; '.join(box.modifiers)}]", "italic"))
+            runs.append(TextRun(f" [{'; '.join(box.modifiers)}]", "italic"))
         if box.hidden:
-            runs.append(Run(f" ({box.hidden} more)", "italic"))
+            runs.append(TextRun(f" ({box.hidden} more)", "italic"))
         note = note_of(self._steps.get(box.path)) if self._steps is not None else ""
-        return [*runs, Run(f" {note}", "note")] if note else runs
+        return [*runs, TextRun(f" {note}", "note")] if note else runs
 
-    def _put(self, row: Row) -> None:
+    def _put(self, row: OutlineRow) -> None:
         self._rows.append(row)
         self._y += row.height + (GAP if row.parent is not None else 3 if row.box and row.box.kind == "role" else 0)
 
-    def _place(self, spot: Spot | None) -> str:
+    def _place(self, spot: FileSpot | None) -> str:
         if spot is None:
             return ""
         if spot.file == self._drawing.spot.file:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Param, Role, Step, Task
-from formiga_bt.show.facts import Span
+from formiga_bt.show.facts import StyledSpan
 
 
 def source(expr: Expr) -> str:
@@ -29,7 +29,7 @@ def facts_of(task: Task) -> tuple[str, ...]:
     return tuple(facts)
 
 
-def param_label(param: Param) -> tuple[Span, ...]:
+def param_label(param: Param) -> tuple[StyledSpan, ...]:
     """Return a param with its type, default and limits."""
     text = f": {param.type}"
     if param.default:
@@ -37,15 +37,15 @@ def param_label(param: Param) -> tuple[Span, ...]:
     limits = [f"{word} {source(e)}" for word, e in (("min", param.min), ("max", param.max)) if e]
     if param.optional:
         limits.append("optional")
-    return (Span(param.name, "agent"), Span(text), *_bracket(limits))
+    return (StyledSpan(param.name, "agent"), StyledSpan(text), *_bracket(limits))
 
 
-def var_label(name: str, expr: Expr) -> tuple[Span, ...]:
+def var_label(name: str, expr: Expr) -> tuple[StyledSpan, ...]:
     """Return a var with its value."""
-    return Span(name, "agent"), Span(f" = {source(expr)}")
+    return StyledSpan(name, "agent"), StyledSpan(f" = {source(expr)}")
 
 
-def role_label(role: Role) -> tuple[Span, ...]:
+def role_label(role: Role) -> tuple[StyledSpan, ...]:
     """Return a role with the agents that can play it."""
     facts = [f"{word} {source(e)}" for word, e in (("id", role.id), ("near", role.near), ("prefer", role.prefer)) if e]
     if role.battery_min:
@@ -58,7 +58,7 @@ def role_label(role: Role) -> tuple[Span, ...]:
         facts.append(f"if lost: {role.if_lost}")
     if role.away:
         facts.append("may be away")
-    return (Span(role.name, "agent"), Span(f": {_types(role)}"), *_bracket(facts))
+    return (StyledSpan(role.name, "agent"), StyledSpan(f": {_types(role)}"), *_bracket(facts))
 
 
 def _types(role: Role) -> str:
@@ -74,72 +74,80 @@ def _how_many(role: Role) -> str:
     return f"{role.open.min} to {role.open.max}"
 
 
-def _bracket(words: Sequence[str]) -> tuple[Span, ...]:
-    return (Span(f"  [{'; '.join(words)}]", "dim"),) if words else ()
+def _bracket(words: Sequence[str]) -> tuple[StyledSpan, ...]:
+    return (StyledSpan(f"  [{'; '.join(words)}]", "dim"),) if words else ()
 
 
-def label_of(step: Step) -> tuple[Span, ...]:
+def label_of(step: Step) -> tuple[StyledSpan, ...]:
     """Return what a step does; its name, if it has one, first."""
-    name = (Span(f"{step.name}: ", "title"),) if step.name else ()
+    name = (StyledSpan(f"{step.name}: ", "title"),) if step.name else ()
     return (*name, *_said(step))
 
 
-def _said(step: Step) -> tuple[Span, ...]:
+def _said(step: Step) -> tuple[StyledSpan, ...]:
     match step:
         case model.Do():
-            return Span(f"{step.who.name}.", "agent"), Span(step.action, "kind"), *_args(step.fields)
+            return StyledSpan(f"{step.who.name}.", "agent"), StyledSpan(step.action, "kind"), *_args(step.fields)
         case model.Ask():
             people = ", ".join(who.name for who in step.of)
             choices = " / ".join(step.options)
-            return Span("ask ", "kind"), Span(people, "agent"), Span(f': "{source(step.question)}" {choices}')
+            return (
+                StyledSpan("ask ", "kind"),
+                StyledSpan(people, "agent"),
+                StyledSpan(f': "{source(step.question)}" {choices}'),
+            )
         case model.Call():
-            return Span("call ", "kind"), Span(step.subtree.name, "agent"), *_args(step.args)
+            return StyledSpan("call ", "kind"), StyledSpan(step.subtree.name, "agent"), *_args(step.args)
         case model.Request():
-            return Span("request ", "kind"), Span(step.task, "agent"), *_args(step.args)
+            return StyledSpan("request ", "kind"), StyledSpan(step.task, "agent"), *_args(step.args)
         case model.Wait():
-            return Span("wait ", "kind"), Span(source(step.duration))
+            return StyledSpan("wait ", "kind"), StyledSpan(source(step.duration))
         case model.Check():
-            return Span("check ", "kind"), Span(source(step.cond))
+            return StyledSpan("check ", "kind"), StyledSpan(source(step.cond))
         case model.Set():
             text = ", ".join(f"{key} = {source(e)}" for key, e in step.assign.items())
-            return Span("set ", "kind"), Span(text)
+            return StyledSpan("set ", "kind"), StyledSpan(text)
         case model.Notify():
             to = " to " + ", ".join(who.name for who in step.to) if step.to else ""
-            return Span("notify", "kind"), Span(f'{to}: "{source(step.text)}" ({step.severity})')
+            return StyledSpan("notify", "kind"), StyledSpan(f'{to}: "{source(step.text)}" ({step.severity})')
         case model.Fail():
             code = f" [{step.code}]" if step.code else ""
-            return Span("fail", "kind"), Span(f'{code}: "{source(step.message)}"')
+            return StyledSpan("fail", "kind"), StyledSpan(f'{code}: "{source(step.message)}"')
         case model.WaitFor():
             since = " (since the task's start)" if step.since_task else ""
-            return Span("wait for ", "kind"), Span(step.who.name, "agent"), Span(f".{step.event}{since}")
+            return (
+                StyledSpan("wait for ", "kind"),
+                StyledSpan(step.who.name, "agent"),
+                StyledSpan(f".{step.event}{since}"),
+            )
         case model.Release():
-            return Span("release ", "kind"), Span(step.who.name, "agent")
+            return StyledSpan("release ", "kind"), StyledSpan(step.who.name, "agent")
         case _:
             return _said_of_parent(step)
 
 
-def _said_of_parent(step: Step) -> tuple[Span, ...]:
+def _said_of_parent(step: Step) -> tuple[StyledSpan, ...]:
     match step:
         case model.If():
-            return Span("if ", "kind"), Span(source(step.cond))
+            return StyledSpan("if ", "kind"), StyledSpan(source(step.cond))
         case model.Switch():
-            return Span("switch ", "kind"), Span(source(step.on))
+            return StyledSpan("switch ", "kind"), StyledSpan(source(step.on))
         case model.WaitUntil() | model.Guard() | model.BreakIf():
-            return Span(f"{step.kind} ", "kind"), Span(source(step.cond))
+            return StyledSpan(f"{step.kind} ", "kind"), StyledSpan(source(step.cond))
         case model.WithAgents():
             who = ", ".join(f"{role.name}: {_types(role)}" for role in step.roles.values())
-            return Span("with_agents ", "kind"), Span(who, "agent")
+            return StyledSpan("with_agents ", "kind"), StyledSpan(who, "agent")
         case model.Loop():
-            return Span(f"{step.kind} ", "kind"), Span(_how_long(step))
+            return StyledSpan(f"{step.kind} ", "kind"), StyledSpan(_how_long(step))
         case model.For():
             lists = ", ".join(f"{name} in {_list(e)}" for name, e in step.lists.items())
-            return Span("for ", "kind"), Span(lists)
+            return StyledSpan("for ", "kind"), StyledSpan(lists)
         case _:
-            return (Span(step.kind, "kind"),)
+            return (StyledSpan(step.kind, "kind"),)
 
 
-def _args(args: Mapping[str, Expr]) -> tuple[Span, ...]:
-    return (Span(f"({', '.join(f'{key}: {source(e)}' for key, e in args.items())})"),) if args else ()
+def _args(args: Mapping[str, Expr]) -> tuple[StyledSpan, ...]:
+    return (StyledSpan(f"({', '.join(f'{key}: {source(e)}' for key, e in args.items())})"),) if args else ()
 
 
 def _how_long(step: model.Loop) -> str:

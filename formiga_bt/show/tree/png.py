@@ -9,7 +9,7 @@ from formiga_bt.base.extras import need_charts
 from formiga_bt.show.facts import Drawing
 from formiga_bt.show.tree.legend import legend_of
 from formiga_bt.show.tree.outline import outline_of
-from formiga_bt.show.tree.svg import Page, Steps
+from formiga_bt.show.tree.svg import Steps, SvgPage
 
 DPI: Final = 144
 LEAST_DPI: Final = 60
@@ -30,7 +30,7 @@ def png_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> byt
         FormigaError: the tree is too long for a PNG.
     """
     outline = outline_of(drawing, steps, title)
-    page = Page(drawing, outline, legend_of(outline, steps is not None))
+    page = SvgPage(drawing, outline, legend_of(outline, steps is not None))
     dpi = min(DPI, int(TALLEST_PX * 72 / page.height))
     if dpi < LEAST_DPI:
         raise FormigaError(

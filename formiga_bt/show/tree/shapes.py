@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Final, assert_never
 
-from formiga_bt.show.tree.looks import THIN, Look
+from formiga_bt.show.tree.looks import THIN, BoxLook
 from formiga_bt.show.tree.outline import Shape
 
 CORNER: Final = 6.0
@@ -13,7 +13,7 @@ DEPTH: Final = 4.0
 DASHES: Final = {"dashed": "5,2", "dotted": "1,4"}
 
 
-def shape_of(look: Look, x: float, y: float, width: float, height: float) -> str:
+def shape_of(look: BoxLook, x: float, y: float, width: float, height: float) -> str:
     """Return a box as an element, or as two: its outline, and the lines inside it."""
     paint = _paint(look)
     right, bottom, middle = x + width, y + height, y + height / 2
@@ -48,7 +48,7 @@ def shape_of(look: Look, x: float, y: float, width: float, height: float) -> str
             assert_never(shape)
 
 
-def _paint(look: Look) -> str:
+def _paint(look: BoxLook) -> str:
     dashes = f' stroke-dasharray="{DASHES[look.line]}"' if look.line in DASHES else ""
     return f' fill="{look.fill}" stroke="{look.colour}" stroke-width="{look.width:g}"{dashes}'
 
@@ -61,5 +61,5 @@ def _polygon(points: Iterable[tuple[float, float]], paint: str) -> str:
     return f'<polygon points="{_points(points)}"{paint}/>'
 
 
-def _line(points: Iterable[tuple[float, float]], look: Look) -> str:
+def _line(points: Iterable[tuple[float, float]], look: BoxLook) -> str:
     return f'<polyline points="{_points(points)}" fill="none" stroke="{look.colour}" stroke-width="{THIN:g}"/>'

@@ -6,11 +6,11 @@ from xml.sax.saxutils import escape
 
 from formiga_bt.show.facts import Drawing, StepFact
 from formiga_bt.show.tree.drawing import tip_of
-from formiga_bt.show.tree.legend import Entry, legend_of
+from formiga_bt.show.tree.legend import LegendEntry, legend_of
 from formiga_bt.show.tree.looks import GREY, INK, LINE_COLOUR, badge_look, step_look, tints_of
-from formiga_bt.show.tree.outline import BADGE, LINE, PAD, SIZE, SMALL, Outline, Row, outline_of
+from formiga_bt.show.tree.outline import BADGE, LINE, PAD, SIZE, SMALL, OutlineRow, TreeOutline, outline_of
 from formiga_bt.show.tree.shapes import DEPTH, shape_of
-from formiga_bt.show.tree.textsize import FONT, Run, printable, text_width
+from formiga_bt.show.tree.textsize import FONT, TextRun, printable, text_width
 
 MARGIN: Final = 4.0
 RISE: Final = 0.36
@@ -32,13 +32,13 @@ def svg_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str
         title: what stands above it instead of the task's name.
     """
     outline = outline_of(drawing, steps, title)
-    return Page(drawing, outline, legend_of(outline, steps is not None)).text()
+    return SvgPage(drawing, outline, legend_of(outline, steps is not None)).text()
 
 
-class Page:
+class SvgPage:
     """Paints an outline and its legend."""
 
-    def __init__(self, drawing: Drawing, outline: Outline, legend: list[Entry]) -> None:
+    def __init__(self, drawing: Drawing, outline: TreeOutline, legend: list[LegendEntry]) -> None:
         self._drawing = drawing
         self._outline = outline
         self._legend = legend
@@ -70,7 +70,7 @@ class Page:
         for entry in self._legend:
             yield _entry(entry, self._outline.height)
 
-    def _behind(self, row: Row) -> str:
+    def _behind(self, row: OutlineRow) -> str:
         """Return what is behind a subtree; one in another shows darker, as both are painted."""
         last = self._outline.rows[row.last]
         x, y = row.x - 4, row.y - 3
@@ -79,7 +79,7 @@ class Page:
             f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="#000" fill-opacity=".035" stroke="#000" stroke-opacity=".1"/>'
         )
 
-    def _row(self, row: Row) -> str:
+    def _row(self, row: OutlineRow) -> str:
         parts = []
         box = row.box
         start, lower = row.x, 0.0
@@ -106,14 +106,14 @@ class Page:
         return f"<g>{''.join(parts)}</g>"
 
 
-def _stem(parent: Row, row: Row) -> str:
+def _stem(parent: OutlineRow, row: OutlineRow) -> str:
     if parent.box is None:  # of a section: nothing hangs on its heading
         return ""
     top = parent.middle + BADGE / 2 if parent.badge else parent.y + parent.height
     return f"M{parent.stem_x:.1f} {top:.1f}V{row.middle:.1f}H{row.x:.1f}"
 
 
-def _entry(entry: Entry, top: float) -> str:
+def _entry(entry: LegendEntry, top: float) -> str:
     words, symbol, look, x, y, _ = entry
     middle = top + y + (BADGE - 4) / 2
     sign = _sign(symbol, x + BADGE / 2, middle, look.ink) if symbol else ""
@@ -130,11 +130,11 @@ def _words(text: str, x: float, y: float) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" font-size="{SMALL:g}" fill="{GREY}">{_escaped(text)}</text>'
 
 
-def _runs(line: list[Run], row: Row) -> str:
+def _runs(line: list[TextRun], row: OutlineRow) -> str:
     return "".join(_run(run, row) for run in line)
 
 
-def _run(run: Run, row: Row) -> str:
+def _run(run: TextRun, row: OutlineRow) -> str:
     text = _escaped(run.text)
     match run.style:
         case "title":

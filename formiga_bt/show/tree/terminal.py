@@ -10,7 +10,7 @@ from pathlib import PurePath
 from textwrap import wrap
 from typing import Final
 
-from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StepFact
 from formiga_bt.show.tree.drawing import is_step
 from formiga_bt.show.tree.marks import MARKS, mark_of, note_of
 
@@ -28,7 +28,7 @@ SGR: Final[Mapping[str, str]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class LinePiece:
     """A piece of a line in one style: one of spans, of a status, or `note`."""
 
     text: str
@@ -36,10 +36,10 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class DrawnLine:
     """One line of the drawing."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[LinePiece, ...]
     path: str = ""
     """Of the step or section that it shows."""
 
@@ -76,7 +76,7 @@ def draw(
     width: int = 100,
     ascii_only: bool = False,
     head: bool = True,
-) -> list[Line]:
+) -> list[DrawnLine]:
     """Return the lines of a task.
 
     Args:
@@ -87,15 +87,15 @@ def draw(
         head: whether name, description, params, vars and roles come before the steps.
     """
     layout = _Layout(drawing, steps, width, ascii_only)
-    lines: list[Line] = []
+    lines: list[DrawnLine] = []
     if head:
         name = f"{drawing.task} {drawing.version}".rstrip()
-        facts = Piece(", ".join(drawing.facts), "dim")
-        lines.append(layout.line("", [Piece(name, "title")], facts=[facts], spot=drawing.spot))
-        lines += [Line((Piece(text),)) for text in wrap(layout.safe(drawing.description), width)]
+        facts = LinePiece(", ".join(drawing.facts), "dim")
+        lines.append(layout.line("", [LinePiece(name, "title")], facts=[facts], spot=drawing.spot))
+        lines += [DrawnLine((LinePiece(text),)) for text in wrap(layout.safe(drawing.description), width)]
         for title, boxes in (("params", drawing.params), ("vars", drawing.vars), ("agents", drawing.roles)):
             if boxes:
-                lines.append(layout.line("", [Piece(title, "title")]))
+                lines.append(layout.line("", [LinePiece(title, "title")]))
                 lines += layout.rows(boxes, "")
     for section in drawing.sections:
         lines.append(layout.box("", section))
@@ -103,10 +103,10 @@ def draw(
     return lines
 
 
-def titled(title: str, *, width: int, ascii_only: bool = False) -> list[Line]:
+def titled(title: str, *, width: int, ascii_only: bool = False) -> list[DrawnLine]:
     """Return the line above a task that runs."""
     text = safe(title, ascii_only)
-    return [Line((Piece(cut_to(text, width, (ASCII if ascii_only else BOX).cut), "title"),))]
+    return [DrawnLine((LinePiece(cut_to(text, width, (ASCII if ascii_only else BOX).cut), "title"),))]
 
 
 def legend(ascii_only: bool = False) -> str:
@@ -154,26 +154,26 @@ class _Layout:
         self._ascii = ascii_only
         self._file = drawing.spot.file
 
-    def rows(self, boxes: Sequence[Box], prefix: str) -> Iterator[Line]:
+    def rows(self, boxes: Sequence[Box], prefix: str) -> Iterator[DrawnLine]:
         for box in boxes:
             last = box is boxes[-1]
             yield self.box(prefix + (self._corner if last else self._tee), box)
             if box.children:
                 yield from self.rows(box.children, prefix + (self._blank if last else self._bar))
 
-    def box(self, prefix: str, box: Box) -> Line:
+    def box(self, prefix: str, box: Box) -> DrawnLine:
         fact = None if self._steps is None else self._steps.get(box.path)
-        state: list[Piece] = []
+        state: list[LinePiece] = []
         style = ""
         if self._steps is not None and is_step(box):
             mark = mark_of(box, fact)
-            state = [Piece(f"{mark.letter if self._ascii else mark.glyph} ", mark.status)]
+            state = [LinePiece(f"{mark.letter if self._ascii else mark.glyph} ", mark.status)]
             style = "dim" if mark.status in ("waiting", "skipped") else ""
-        head: list[Piece] = []
-        arguments: list[Piece] = []
+        head: list[LinePiece] = []
+        arguments: list[LinePiece] = []
         for span in box.label:
-            (arguments if span.style in ("plain", "dim") else head).append(Piece(span.text, style or span.style))
-        facts = [Piece(f"[{'; '.join(box.modifiers)}]", style or "warn")] if box.modifiers else []
+            (arguments if span.style in ("plain", "dim") else head).append(LinePiece(span.text, style or span.style))
+        facts = [LinePiece(f"[{'; '.join(box.modifiers)}]", style or "warn")] if box.modifiers else []
         note = note_of(fact)
         if box.hidden:
             note = f"({box.hidden} more)" + (f" {note}" if note else "")
@@ -182,31 +182,33 @@ class _Layout:
     def line(
         self,
         prefix: str,
-        head: Iterable[Piece],
-        arguments: Sequence[Piece] = (),
-        facts: Sequence[Piece] = (),
+        head: Iterable[LinePiece],
+        arguments: Sequence[LinePiece] = (),
+        facts: Sequence[LinePiece] = (),
         note: str = "",
-        spot: Spot | None = None,
+        spot: FileSpot | None = None,
         path: str = "",
-    ) -> Line:
-        heads = [Piece(self.safe(piece.text), piece.style) for piece in head]
+    ) -> DrawnLine:
+        heads = [LinePiece(self.safe(piece.text), piece.style) for piece in head]
         needed = sum(columns_of(piece.text) for piece in heads)
         place = self._place(spot, needed + min(len(prefix), self._width // 2))
         room = self._width - (len(place) + 2 if place else 0)
         prefix = self._shortened(prefix, room - needed)
         room -= len(prefix)
-        shown = [Piece(prefix, "dim")] if prefix else []
+        shown = [LinePiece(prefix, "dim")] if prefix else []
         for piece in heads:
-            shown.append(Piece(cut_to(piece.text, room, self._mark), piece.style))
+            shown.append(LinePiece(cut_to(piece.text, room, self._mark), piece.style))
             room -= columns_of(shown[-1].text)
         tails = self._fitted(arguments, facts, note, room)
         room -= sum(columns_of(piece.text) for piece in tails)
         shown += tails
         if place:
-            shown.append(Piece(" " * (room + 2) + place, "dim"))
-        return Line(tuple(shown), path)
+            shown.append(LinePiece(" " * (room + 2) + place, "dim"))
+        return DrawnLine(tuple(shown), path)
 
-    def _fitted(self, arguments: Sequence[Piece], facts: Sequence[Piece], note: str, room: int) -> list[Piece]:
+    def _fitted(
+        self, arguments: Sequence[LinePiece], facts: Sequence[LinePiece], note: str, room: int
+    ) -> list[LinePiece]:
         """Return what stands behind a step's name, cut to the room: its note last of all.
 
         Arguments make room for modifiers until two fifths of it are left to them.
@@ -217,9 +219,9 @@ class _Layout:
         room -= columns_of(told) + 2 if told else 0
         args = cut_to(args, max(room * 2 // 5, room - columns_of(extra) - 2 if extra else room), self._mark)
         extra = cut_to(extra, max(0, room - columns_of(args) - 2), self._mark)
-        pieces = [Piece(args, arguments[0].style)] if args else []
-        pieces += [Piece(f"  {extra}", facts[0].style)] if extra else []
-        return [*pieces, Piece(f"  {told}", "note")] if told else pieces
+        pieces = [LinePiece(args, arguments[0].style)] if args else []
+        pieces += [LinePiece(f"  {extra}", facts[0].style)] if extra else []
+        return [*pieces, LinePiece(f"  {told}", "note")] if told else pieces
 
     def _shortened(self, prefix: str, room: int) -> str:
         """Return the lines that lead to a step, without those furthest left where there is no room for all."""
@@ -228,7 +230,7 @@ class _Layout:
             return prefix
         return self._mark + prefix[len(prefix) - room + len(self._mark) :]
 
-    def _place(self, spot: Spot | None, needed: int) -> str:
+    def _place(self, spot: FileSpot | None, needed: int) -> str:
         """Return `file:line`, or less of it where the width does not allow it beside what the line needs."""
         if spot is None:
             return ""

@@ -23,14 +23,14 @@ _OTHER: Final = 700
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class TextRun:
     """A piece of a line: `bold`, `plain`, `italic`, `mark` or `note`."""
 
     text: str
     style: str = "plain"
 
 
-Lines = list[list[Run]]
+Lines = list[list[TextRun]]
 
 
 def text_width(text: str, size: float, bold: bool = False) -> float:
@@ -42,7 +42,7 @@ def text_width(text: str, size: float, bold: bool = False) -> float:
     return total * size / 1000 * (_BOLD if bold else 1.0)
 
 
-def run_width(run: Run, size: float) -> float:
+def run_width(run: TextRun, size: float) -> float:
     """Return the width of a piece in points."""
     return text_width(run.text, size, run.style in ("bold", "note", "mark"))
 
@@ -52,7 +52,7 @@ def printable(text: str) -> str:
     return text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)
 
 
-def flow(runs: Sequence[Run], room: float, size: float, most: int = 4) -> Lines:
+def flow(runs: Sequence[TextRun], room: float, size: float, most: int = 4) -> Lines:
     """Return pieces broken into lines at spaces; the last of `most` lines ends in an ellipsis if there is more."""
     lines: Lines = [[]]
     used = 0.0
@@ -61,29 +61,29 @@ def flow(runs: Sequence[Run], room: float, size: float, most: int = 4) -> Lines:
         for at, word in enumerate(words):
             text = word if at == len(words) - 1 else word + " "
             for part in _parts(text, run.style, room, size):
-                width = run_width(Run(part.rstrip(), run.style), size)
+                width = run_width(TextRun(part.rstrip(), run.style), size)
                 if used + width > room and lines[-1]:
                     lines.append([])
                     used = 0.0
                 if part.strip() or lines[-1]:
-                    _add(lines[-1], Run(part, run.style))
-                    used += run_width(Run(part, run.style), size)
+                    _add(lines[-1], TextRun(part, run.style))
+                    used += run_width(TextRun(part, run.style), size)
     if len(lines) > most:
         lines = lines[:most]
-        _add(lines[-1], Run(" …", "plain"))
+        _add(lines[-1], TextRun(" …", "plain"))
     return lines
 
 
-def _add(line: list[Run], run: Run) -> None:
+def _add(line: list[TextRun], run: TextRun) -> None:
     if line and line[-1].style == run.style:
-        line[-1] = Run(line[-1].text + run.text, run.style)
+        line[-1] = TextRun(line[-1].text + run.text, run.style)
     else:
         line.append(run)
 
 
 def _parts(word: str, style: str, room: float, size: float) -> list[str]:
     """Return a word, or its pieces if it is longer than a line."""
-    if run_width(Run(word.rstrip(), style), size) <= room:
+    if run_width(TextRun(word.rstrip(), style), size) <= room:
         return [word]
-    each = max(4, int(len(word) * room / run_width(Run(word, style), size)) - 1)
+    each = max(4, int(len(word) * room / run_width(TextRun(word, style), size)) - 1)
     return [word[at : at + each] for at in range(0, len(word), each)]

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from formiga_bt.show.facts import Now
 from formiga_bt.show.watch.needs import choices, find_question, name_of
-from formiga_bt.show.watch.orders import Kind, Order, Verb
+from formiga_bt.show.watch.orders import Kind, Verb, WatchOrder
 
 ORDERS: Final[dict[str, Verb]] = {"h": "hold", "r": "return", "l": "land", "c": "continue"}
 FOR_ALL: Final[dict[str, Verb]] = {"H": "hold", "R": "return", "L": "land", "!": "lockdown", "U": "release"}
@@ -46,10 +46,10 @@ class Aim(Struct, frozen=True):
         return target
 
 
-def order_of(character: str, aim: Aim, now: Now) -> Order | str:
+def order_of(character: str, aim: Aim, now: Now) -> WatchOrder | str:
     """Return the order of a key, or what is wrong with it; "" for a key that is none."""
     if character in FOR_ALL:
-        return Order(verb=FOR_ALL[character], kind="all")
+        return WatchOrder(verb=FOR_ALL[character], kind="all")
     if not character or character not in {*ORDERS, *FOR_MACHINES, *NUMBERS, ABORT}:
         return ""
     if not aim.id:
@@ -64,16 +64,16 @@ def order_of(character: str, aim: Aim, now: Now) -> Order | str:
     if kind is None:
         return "this row takes no orders"
     if character in ORDERS:
-        return Order(verb=ORDERS[character], kind=kind, target=target)
+        return WatchOrder(verb=ORDERS[character], kind=kind, target=target)
     if character == ABORT:
         wrong = "abort is for a task: choose one among the tasks (t)"
-        return Order(verb="abort", kind="task", target=target) if kind == "task" else wrong
+        return WatchOrder(verb="abort", kind="task", target=target) if kind == "task" else wrong
     if kind != "agent":
         return f"{FOR_MACHINES[character]} is for a machine: choose one among the agents (a)"
-    return Order(verb=FOR_MACHINES[character], kind="agent", target=target)
+    return WatchOrder(verb=FOR_MACHINES[character], kind="agent", target=target)
 
 
-def _numbered(number: int, aim: Aim, now: Now) -> Order | str:
+def _numbered(number: int, aim: Aim, now: Now) -> WatchOrder | str:
     if aim.kind == "need":
         row = aim.id
     else:

@@ -20,15 +20,15 @@ from formiga_bt.show.watch.aim import Aim, order_of
 from formiga_bt.show.watch.background import Away, in_a_thread
 from formiga_bt.show.watch.board import Board
 from formiga_bt.show.watch.closeup import Closeup
-from formiga_bt.show.watch.frame import Frame
+from formiga_bt.show.watch.frame import DashboardFrame
 from formiga_bt.show.watch.guards import TWICE_S
 from formiga_bt.show.watch.keys import help_lines
 from formiga_bt.show.watch.ordering import READ_ONLY, Ordering
-from formiga_bt.show.watch.orders import Actor, Order
+from formiga_bt.show.watch.orders import Actor, WatchOrder
 from formiga_bt.show.watch.palette import Palette
 from formiga_bt.show.watch.pane import Pane
 from formiga_bt.show.watch.picture import why_rows
-from formiga_bt.show.watch.text import ASCII, FULL, Row, Rows, line
+from formiga_bt.show.watch.text import ASCII, FULL, PaneRow, Rows, line
 from formiga_bt.show.watch.top import Link
 
 CALM_S, BUSY_S = 1.0, 0.5
@@ -58,7 +58,7 @@ Screen, Container, Lines, Pane { background: ansi_default; color: ansi_default; 
 """
 
 
-class Watch(App[None]):
+class Dashboard(App[None]):
     """The dashboard.
 
     Args:
@@ -110,7 +110,7 @@ class Watch(App[None]):
         self._urgent: tuple[TaskFact, ...] = ()
         self._soon = asyncio.Event()
         self.ordering = Ordering(actor, away)
-        self.frame = Frame(palette, self.ordering)
+        self.frame = DashboardFrame(palette, self.ordering)
         self.board = Board(palette, glyphs)
         self.closeup = Closeup(palette, glyphs, ascii_only=ascii_only)
         self.help = Pane(palette, glyphs, name="help", title="HELP  (Esc: back)")
@@ -123,7 +123,9 @@ class Watch(App[None]):
 
     def on_mount(self) -> None:
         """Begin to look."""
-        rows = [Row(str(n), (line(text),)) for n, text in enumerate([*self.KEYS, *help_lines(self.ordering.is_off)])]
+        rows = [
+            PaneRow(str(n), (line(text),)) for n, text in enumerate([*self.KEYS, *help_lines(self.ordering.is_off)])
+        ]
         self.help.show(Rows.of(rows))
         self._show_view()
         if self._every_s is not None:
@@ -398,7 +400,7 @@ class Watch(App[None]):
         if ready is not None:
             self._send(ready)
 
-    def _send(self, order: Order) -> None:
+    def _send(self, order: WatchOrder) -> None:
         async def work() -> None:
             await self.ordering.send(order, self._clock())
             self.tick()

@@ -7,7 +7,7 @@ from textual.containers import Container
 
 from formiga_bt.show.facts import Because, TaskPicture
 from formiga_bt.show.watch.palette import Palette
-from formiga_bt.show.watch.pane import Lines, Pane
+from formiga_bt.show.watch.pane import LinesPane, Pane
 from formiga_bt.show.watch.picture import goal_rows, head_lines, running_row, tree_rows, value_rows, why_rows
 from formiga_bt.show.watch.tables import agent_rows, agents_head, line_rows
 from formiga_bt.show.watch.text import Glyphs, Rows
@@ -22,7 +22,7 @@ class Closeup(Container):
     def __init__(self, palette: Palette, glyphs: Glyphs, *, ascii_only: bool) -> None:
         super().__init__(id="closeup")
         self._glyphs, self._ascii = glyphs, ascii_only
-        self.head = Lines(palette, name="head")
+        self.head = LinesPane(palette, name="head")
         self.steps = Pane(palette, glyphs, name="tree", title="TREE")
         self.why = Pane(palette, glyphs, name="why", title="WHY", empty="asking ...")
         self.goals = Pane(palette, glyphs, name="goals", title="GOALS", empty="no goal is in flight")

@@ -7,12 +7,12 @@ from formiga_bt.show.facts import Now
 from formiga_bt.show.watch.needs import name_of
 from formiga_bt.show.watch.ordering import Ordering
 from formiga_bt.show.watch.palette import Palette
-from formiga_bt.show.watch.pane import Lines
-from formiga_bt.show.watch.text import Line, Piece, clean, line, wrap
+from formiga_bt.show.watch.pane import LinesPane
+from formiga_bt.show.watch.text import Line, TonedText, clean, line, wrap
 from formiga_bt.show.watch.top import Link, about, top_lines
 
 
-class Frame:
+class DashboardFrame:
     """The top line, the reply and the keys.
 
     Args:
@@ -21,9 +21,9 @@ class Frame:
     """
 
     def __init__(self, palette: Palette, ordering: Ordering) -> None:
-        self.top = Lines(palette, fill="calm_bar", name="top")
-        self.reply = Lines(palette, name="reply")
-        self.foot = Lines(palette, name="foot")
+        self.top = LinesPane(palette, fill="calm_bar", name="top")
+        self.reply = LinesPane(palette, name="reply")
+        self.foot = LinesPane(palette, name="foot")
         self._ordering = ordering
 
     def around(self, *views: Widget) -> ComposeResult:
@@ -53,26 +53,26 @@ class Frame:
         told: list[Line] = []
         for text in shown:
             indent = " " * (len(text) - len(text.lstrip()))
-            told += [line(Piece(f" {indent}{part}", tone)) for part in wrap(text, max(10, width - 2 - len(indent)))]
+            told += [line(TonedText(f" {indent}{part}", tone)) for part in wrap(text, max(10, width - 2 - len(indent)))]
         return told
 
     def _keys(self, link: Link, find: str | None, gone: str) -> Line:
         if find is not None:
-            return line(Piece(f" find: {find}_   Enter: done   Esc: all ", "calm_bar"))
+            return line(TonedText(f" find: {find}_   Enter: done   Esc: all ", "calm_bar"))
         if link.lost_s is not None and link.why:
-            return line(Piece(f" {clean(link.why.splitlines()[0])}; trying again ", "warn_bar"))
+            return line(TonedText(f" {clean(link.why.splitlines()[0])}; trying again ", "warn_bar"))
         is_off = self._ordering.is_off
         looks, orders = "n:needs t:tasks a:agents v:events Enter:into w:why /:find q:quit", "h:hold r:return l:land"
         keys = f"?:help  {looks}" if is_off else f"?:help  {orders} A:abort x:cut !:lockdown  {looks}"
         if gone:
             return line(
-                Piece(f" {clean(name_of(gone))} is no longer here; choose again ", "warn_bar"),
-                Piece(f"  {keys}", "dim"),
+                TonedText(f" {clean(name_of(gone))} is no longer here; choose again ", "warn_bar"),
+                TonedText(f"  {keys}", "dim"),
             )
-        return line(Piece(f" {keys}" + ("  READ ONLY" if is_off else ""), "dim"))
+        return line(TonedText(f" {keys}" + ("  READ ONLY" if is_off else ""), "dim"))
 
 
-def _put(widget: Lines, lines: list[Line]) -> None:
+def _put(widget: LinesPane, lines: list[Line]) -> None:
     if widget.styles.height is None or widget.styles.height.value != len(lines):
         widget.styles.height = len(lines)
     widget.put([(one, False) for one in lines])

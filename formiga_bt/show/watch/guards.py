@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from formiga_bt.show.facts import AgentFact, Now, QuestionFact
-from formiga_bt.show.watch.orders import HANDBACKS, Order
+from formiga_bt.show.watch.orders import HANDBACKS, WatchOrder
 from formiga_bt.show.watch.text import clean, span
 
 TWICE_S: Final = 2.0
@@ -29,7 +29,7 @@ PATIENCE_S: Final = 20.0
 LOCKDOWN_KEY: Final = "!"
 
 
-class Guard(Struct, frozen=True):
+class OrderGuard(Struct, frozen=True):
     """What must be done before an order leaves."""
 
     kind: Literal["none", "yes", "twice", "typed", "choose"]
@@ -38,68 +38,70 @@ class Guard(Struct, frozen=True):
     """Of `choose`: who answers, or what becomes of a machine's task."""
 
 
-NONE: Final = Guard("none")
+NONE: Final = OrderGuard("none")
 
 
-def guard_of(order: Order, now: Now) -> Guard:
+def guard_of(order: WatchOrder, now: Now) -> OrderGuard:
     """Return what an order must be asked first, as the site stands."""
     target = order.target
     match order.verb:
         case "hold":
             return NONE
         case "return":
-            return NONE if order.kind != "all" else Guard("yes", "Return ALL machines to their ports?")
+            return NONE if order.kind != "all" else OrderGuard("yes", "Return ALL machines to their ports?")
         case "land":
             return _land(order, now)
         case "continue":
-            return Guard("yes", f"Continue {target}: interrupted steps are sent again?")
+            return OrderGuard("yes", f"Continue {target}: interrupted steps are sent again?")
         case "abort":
-            return Guard("yes", f"Abort {target}: its cleanup runs, what flies comes home?")
+            return OrderGuard("yes", f"Abort {target}: its cleanup runs, what flies comes home?")
         case "clear":
-            return Guard("yes", f"{target} was looked at, and may be used again?")
+            return OrderGuard("yes", f"{target} was looked at, and may be used again?")
         case "handback" if not order.how:
-            return Guard("choose", f"Hand {target} back to the engine; its task?", HANDBACKS)
+            return OrderGuard("choose", f"Hand {target} back to the engine; its task?", HANDBACKS)
         case "handback":
             then = {
                 "continue": "its interrupted step is sent again",
                 "return": "it flies to its port, its task stays HELD",
                 "end": "its interrupted step fails",
             }
-            return Guard("yes", f"Hand {target} back to the engine: {then[order.how]}?")
+            return OrderGuard("yes", f"Hand {target} back to the engine: {then[order.how]}?")
         case "release":
-            return Guard("yes", "Release the lockdown: what was not interrupted goes on?")
+            return OrderGuard("yes", "Release the lockdown: what was not interrupted goes on?")
         case "lockdown":
-            return Guard("twice", f"LOCKDOWN: everything that flies comes home. {LOCKDOWN_KEY} once more within 2 s")
+            return OrderGuard(
+                "twice", f"LOCKDOWN: everything that flies comes home. {LOCKDOWN_KEY} once more within 2 s"
+            )
         case "cut":
-            return Guard("typed", f"CUT stops the motors of {target} at once; in the air IT FALLS. Type its name")
+            return OrderGuard("typed", f"CUT stops the motors of {target} at once; in the air IT FALLS. Type its name")
         case "answer":
             return _answer(order, now)
 
 
-def _land(order: Order, now: Now) -> Guard:
+def _land(order: WatchOrder, now: Now) -> OrderGuard:
     if order.kind == "all":
-        return Guard("yes", "Land ALL machines where they are?")
+        return OrderGuard("yes", "Land ALL machines where they are?")
     machines = _machines(order, now)
     if machines and all(one.landed == "grounded" for one in machines):
         return NONE
-    return Guard("yes", f"Land {order.target} where it is, not at home? Nobody there is asked")
+    return OrderGuard("yes", f"Land {order.target} where it is, not at home? Nobody there is asked")
 
 
-def _machines(order: Order, now: Now) -> list[AgentFact]:
+def _machines(order: WatchOrder, now: Now) -> list[AgentFact]:
     if order.kind == "agent":
         return [agent for agent in now.agents if agent.id == order.target]
     return [agent for agent in now.agents if agent.task == order.target and not agent.human]
 
 
-def _answer(order: Order, now: Now) -> Guard:
+def _answer(order: WatchOrder, now: Now) -> OrderGuard:
     question = next((q for q in now.questions if q.number == order.target), None)
     if question is None:
-        return Guard("yes", f"{order.target} is not shown any more; answer '{clean(order.how)}' all the same?")
+        return OrderGuard("yes", f"{order.target} is not shown any more; answer '{clean(order.how)}' all the same?")
     if not order.by and len(question.here) > 1:
-        return Guard("choose", f"Who answers {question.number}?", question.here)
+        return OrderGuard("choose", f"Who answers {question.number}?", question.here)
     if question.kind == "clearance" or order.how in question.clears_on:
         asked = f"{question.number}, asked {span(now.at - question.asked_at)} ago: {clean(question.text)}"
-        return Guard("yes", f"{asked} Answer '{clean(order.how)}'?")
+        return OrderGuard("yes", f"{asked} Answer '{clean(order.how)}'?")
     return NONE
 
 
@@ -115,7 +117,7 @@ class Gate:
     """Asks before an order leaves. `begin` and `press` return the order that may leave now, if one may."""
 
     def __init__(self) -> None:
-        self.order: Order | None = None
+        self.order: WatchOrder | None = None
         """The one that is asked about."""
         self.guard = NONE
         self.typed = ""
@@ -143,7 +145,7 @@ class Gate:
             case _:
                 return self.guard.text
 
-    def begin(self, order: Order, now: Now, at_s: float) -> Order | None:
+    def begin(self, order: WatchOrder, now: Now, at_s: float) -> WatchOrder | None:
         """Take an order; return it if nothing is to be asked."""
         self.said = ""
         self.guard = guard_of(order, now)
@@ -161,7 +163,7 @@ class Gate:
         self._close(f"{self.order.words}: no second key came; nothing was done")
         return True
 
-    def press(self, key: str, character: str, at_s: float) -> Order | None:
+    def press(self, key: str, character: str, at_s: float) -> WatchOrder | None:
         """Take a key while something is asked; return the order if it may leave now."""
         order = self.order
         if order is None or self.lapse(at_s):
@@ -177,7 +179,7 @@ class Gate:
         self._close(f"{order.words}: nothing was done")
         return None
 
-    def _choose(self, order: Order, character: str, at_s: float) -> Order | None:
+    def _choose(self, order: WatchOrder, character: str, at_s: float) -> WatchOrder | None:
         options, now = self.guard.options, self._now
         if now is not None and character.isdecimal() and 1 <= int(character) <= len(options):
             chosen = options[int(character) - 1]
@@ -186,7 +188,7 @@ class Gate:
         self._close(f"{order.words}: nothing was done")
         return None
 
-    def _type(self, order: Order, key: str, character: str) -> Order | None:
+    def _type(self, order: WatchOrder, key: str, character: str) -> WatchOrder | None:
         if key == "enter":
             typed = self.typed
             if typed == order.target:

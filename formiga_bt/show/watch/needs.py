@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, StandingFact, TaskFact
-from formiga_bt.show.watch.orders import HANDBACKS, Order
-from formiga_bt.show.watch.text import Glyphs, Line, Piece, Row, Rows, Tone, clean, left, line, span, wrap
+from formiga_bt.show.watch.orders import HANDBACKS, WatchOrder
+from formiga_bt.show.watch.text import Glyphs, Line, PaneRow, Rows, Tone, TonedText, clean, left, line, span, wrap
 from formiga_bt.show.why.unanswered import then
 from formiga_bt.show.why.words import DOUBLE, quarantine_hint
 
@@ -46,23 +46,24 @@ def needs(now: Now, tasks: Sequence[TaskFact], width: int, glyphs: Glyphs) -> Ro
     for number, trouble in enumerate(now.house):
         found.append(((3, 0, number), f"house:{trouble.code}:{trouble.subject}", partial(_house, trouble, width)))
     found.sort(key=lambda each: each[:2])
-    return Rows([row for _, row, _ in found], lambda place: Row(found[place][1], found[place][2]()))
+    return Rows([row for _, row, _ in found], lambda place: PaneRow(found[place][1], found[place][2]()))
 
 
-def choices(row_id: str, now: Now) -> list[Order]:
+def choices(row_id: str, now: Now) -> list[WatchOrder]:
     """Return what the number keys order for a row, 1 first."""
     question = find_question(row_id, now)
     if question is not None:
         return [
-            Order(verb="answer", kind="question", target=question.number, how=option) for option in question.options
+            WatchOrder(verb="answer", kind="question", target=question.number, how=option)
+            for option in question.options
         ]
     agent = next((a for a in now.agents if f"agent:{a.id}" == row_id), None)
     if agent is None:
         return []
     if agent.taken and agent.control == "engine":
-        return [Order(verb="handback", kind="agent", target=agent.id, how=how) for how in HANDBACKS]
+        return [WatchOrder(verb="handback", kind="agent", target=agent.id, how=how) for how in HANDBACKS]
     looked = agent.quarantine not in ("", DOUBLE) or (not agent.quarantine and _waits_for_a_look(agent))
-    return [Order(verb="clear", kind="agent", target=agent.id)] if looked else []
+    return [WatchOrder(verb="clear", kind="agent", target=agent.id)] if looked else []
 
 
 def name_of(row_id: str) -> str:
@@ -85,13 +86,15 @@ def question_lines(question: QuestionFact, at: int, width: int, glyphs: Glyphs) 
     head = f"{question.number} {waits}  {clean(question.task)} asks {clean(who)}"
     if not question.here:
         head += " (with their own app)"
-    lines = [line(Piece(fit_words(head, width, glyphs), "alarm"))]
-    lines += [line(" " * INDENT, Piece(part, "bold")) for part in wrap(clean(question.text), max(10, width - INDENT))]
+    lines = [line(TonedText(fit_words(head, width, glyphs), "alarm"))]
+    lines += [
+        line(" " * INDENT, TonedText(part, "bold")) for part in wrap(clean(question.text), max(10, width - INDENT))
+    ]
     options = [f"{number} {clean(option)}" for number, option in enumerate(question.options, 1)]
-    lines += [line(" " * INDENT, Piece(part, "warn")) for part in _spread(options, max(10, width - INDENT))]
+    lines += [line(" " * INDENT, TonedText(part, "warn")) for part in _spread(options, max(10, width - INDENT))]
     if question.lapses_at is not None:
         text = f"lapses in {left(question.lapses_at, at)}{then(question.kind, clean(question.if_no_answer))}"
-        lines += [line(" " * INDENT, Piece(part, "dim")) for part in wrap(text, max(10, width - INDENT))]
+        lines += [line(" " * INDENT, TonedText(part, "dim")) for part in wrap(text, max(10, width - INDENT))]
     return lines
 
 
@@ -128,14 +131,14 @@ def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
     if agent.taken and agent.control == "engine":
         words = f"HAND BACK {agent.id}: it was taken over, and given back"
         keys = "   ".join(f"{number} {how}" for number, how in enumerate(HANDBACKS, 1))
-        return _told(words, width, "warn", line(" " * INDENT, Piece(keys, "warn")))
+        return _told(words, width, "warn", line(" " * INDENT, TonedText(keys, "warn")))
     if agent.taken:
         return _told(f"{agent.control.upper()} has {agent.id}: the engine sends it nothing", width, "warn")
     if agent.quarantine == DOUBLE:
         return _told(quarantine_hint(agent.id, DOUBLE), width, "alarm")
     if agent.quarantine or _waits_for_a_look(agent):
         text = f"LOOK AT {agent.id}: {agent.quarantine or 'it was started anew'}"
-        return _told(text, width, "alarm", line(" " * INDENT, Piece("1 clear, when you have looked", "warn")))
+        return _told(text, width, "alarm", line(" " * INDENT, TonedText("1 clear, when you have looked", "warn")))
     if agent.breach:
         return _told(f"{agent.id} breaks a limit: {agent.breach.removeprefix('!')}", width, "alarm")
     return _told(f"FETCH {agent.id}: it stands away from its port", width, "warn")
@@ -155,5 +158,5 @@ def _house(one: StandingFact, width: int) -> tuple[Line, ...]:
 
 def _told(text: str, width: int, tone: Tone, *more: Line) -> tuple[Line, ...]:
     first, *rest = wrap(clean(text), max(10, width - INDENT))
-    lines = [line(Piece(first, tone)), *(line(" " * INDENT, Piece(part, tone)) for part in rest)]
+    lines = [line(TonedText(first, tone)), *(line(" " * INDENT, TonedText(part, tone)) for part in rest)]
     return (*lines, *more)

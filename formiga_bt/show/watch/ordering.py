@@ -7,7 +7,7 @@ from formiga_bt.show.facts import Now
 from formiga_bt.show.watch.background import Away
 from formiga_bt.show.watch.guards import Gate, cannot_answer
 from formiga_bt.show.watch.needs import find_question
-from formiga_bt.show.watch.orders import Actor, Order, Reply
+from formiga_bt.show.watch.orders import Actor, WatchOrder, WatchReply
 from formiga_bt.show.watch.text import Tone, clean
 
 NEW_S: Final = 1.0
@@ -44,7 +44,7 @@ class Ordering:
         before = self._first_seen
         self._first_seen = {q.number: before.get(q.number, at_s) for q in now.questions}
 
-    def ask(self, order: Order, now: Now, at_s: float) -> Order | None:
+    def ask(self, order: WatchOrder, now: Now, at_s: float) -> WatchOrder | None:
         """Take an order of a key; return it if it may leave at once."""
         if self._actor is None:
             self.say(READ_ONLY, "warn", at_s)
@@ -60,7 +60,7 @@ class Ordering:
         self._said = None
         return self.gate.begin(order, now, at_s)
 
-    def press(self, key: str, character: str, at_s: float) -> Order | None:
+    def press(self, key: str, character: str, at_s: float) -> WatchOrder | None:
         """Take a key while something is asked; return the order if it may leave now."""
         order = self.gate.press(key, character, at_s)
         if order is None and not self.gate.is_open and self.gate.said:
@@ -74,14 +74,14 @@ class Ordering:
         if self._said is not None and not self.under_way and at_s - self._said[2] > TOLD_S:
             self._said = None
 
-    async def send(self, order: Order, at_s: float) -> None:
+    async def send(self, order: WatchOrder, at_s: float) -> None:
         """Send an order, and keep what the engine says."""
         assert self._actor is not None
         actor = self._actor
         self.say(f"sending: {order.words} ...", "warn", at_s)
         self.under_way += 1
         try:
-            reply: Reply = await self._away(lambda: actor.send(order))
+            reply: WatchReply = await self._away(lambda: actor.send(order))
         except (FormigaError, OSError) as error:
             self.say(f"{order.words}: NO ANSWER, the engine may have got it or not: {error}", "alarm", at_s)
         else:

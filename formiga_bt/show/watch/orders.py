@@ -13,7 +13,7 @@ HANDBACKS: Final = ("continue", "return", "end")
 """What can become of the task of a machine that is handed back."""
 
 
-class Order(Struct, frozen=True, kw_only=True):
+class WatchOrder(Struct, frozen=True, kw_only=True):
     """One order. Its target was fixed when the key was pressed, and never changes."""
 
     verb: Verb
@@ -37,7 +37,7 @@ class Order(Struct, frozen=True, kw_only=True):
         return " ".join(word for word in words if word)
 
 
-class Reply(Struct, frozen=True):
+class WatchReply(Struct, frozen=True):
     """What the engine said to an order."""
 
     text: str
@@ -48,7 +48,7 @@ class Reply(Struct, frozen=True):
 class Actor(Protocol):
     """Carries orders to the engine."""
 
-    def send(self, order: Order) -> Reply:
+    def send(self, order: WatchOrder) -> WatchReply:
         """Send an order and wait for what the engine says.
 
         Raises:

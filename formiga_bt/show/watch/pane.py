@@ -9,10 +9,10 @@ from textual.widget import Widget
 
 from formiga_bt.show.watch.palette import Palette
 from formiga_bt.show.watch.selection import Selection
-from formiga_bt.show.watch.text import Glyphs, Line, Piece, Rows, Tone, line, width_of
+from formiga_bt.show.watch.text import Glyphs, Line, Rows, Tone, TonedText, line, width_of
 
 
-class Lines(Widget):
+class LinesPane(Widget):
     """Lines from the top, of which only the changed ones are drawn again. It decides nothing."""
 
     def __init__(self, palette: Palette, *, fill: Tone = "plain", name: str) -> None:
@@ -41,7 +41,7 @@ class Lines(Widget):
         return Strip(self._palette.segments(pieces, width, chosen=chosen, fill=self._fill), width)
 
 
-class Pane(Lines):
+class Pane(LinesPane):
     """Rows that can be chosen from.
 
     Attributes:
@@ -192,9 +192,9 @@ class Pane(Lines):
             return  # it is drawn as soon as there is room for it
         lines: list[tuple[Line, bool]] = [(self._title(), False)]
         if self.head:
-            lines.append((line("  ", Piece(self.head, "dim")), False))
+            lines.append((line("  ", TonedText(self.head, "dim")), False))
         if not len(self.rows) and self.empty:
-            lines.append((line("  ", Piece(self.empty, "dim")), False))
+            lines.append((line("  ", TonedText(self.empty, "dim")), False))
         for place in range(self.first, len(self.rows)):
             if len(lines) >= height:
                 break
@@ -202,7 +202,7 @@ class Pane(Lines):
             chosen = row.id == self.selection.id
             for number, pieces in enumerate(row.lines):
                 lead = f"{self._glyphs.pointer} " if chosen and number == 0 else "  "
-                lines.append(((Piece(lead, "bold"), *pieces), chosen and self.is_active))
+                lines.append(((TonedText(lead, "bold"), *pieces), chosen and self.is_active))
         self.put(lines[:height])
 
     def _title(self) -> Line:
@@ -211,4 +211,4 @@ class Pane(Lines):
         more = f"  {from_ + 1}-{from_ + seen} of {self.total}" if self.total > seen else ""
         title = f" {self.title}{more} "
         rule = self._glyphs.rule * max(0, self.size.width - width_of(title) - 1)
-        return line(Piece(title, "calm_bar" if self.is_active else "title"), Piece(rule, "dim"))
+        return line(TonedText(title, "calm_bar" if self.is_active else "title"), TonedText(rule, "dim"))

@@ -6,7 +6,7 @@ from formiga_bt.show.facts import Because, GoalFact, TaskPicture
 from formiga_bt.show.tree.drawing import is_step, walk
 from formiga_bt.show.tree.terminal import draw
 from formiga_bt.show.watch.needs import question_lines
-from formiga_bt.show.watch.text import TONES, Glyphs, Line, Piece, Row, Tone, clean, fit, left, line, span, wrap
+from formiga_bt.show.watch.text import TONES, Glyphs, Line, PaneRow, Tone, TonedText, clean, fit, left, line, span, wrap
 
 INDENT = 2
 
@@ -15,18 +15,18 @@ def head_lines(picture: TaskPicture, width: int, glyphs: Glyphs) -> list[Line]:
     """Return what is always seen of a task: how it stands, what comes next, its open questions."""
     task = picture.task
     word = "HELD" if task.held and not task.is_over else task.status
-    pieces: list[Piece | str] = [
-        Piece(clean(task.id), "bold"),
+    pieces: list[TonedText | str] = [
+        TonedText(clean(task.id), "bold"),
         " ",
-        Piece(
+        TonedText(
             f"{glyphs.marks.get(word, '?')} {task.status}" + (" HELD" if word == "HELD" else ""),
             TONES.get(word, "plain"),
         ),
     ]
     if task.agents:
-        pieces += ["  ", Piece(clean(" ".join(task.agents)), "agent")]
+        pieces += ["  ", TonedText(clean(" ".join(task.agents)), "agent")]
     if task.urgent_at is not None:
-        pieces += ["  ", Piece(f"{left(task.urgent_at, picture.at)} {clean(task.urgent)}", "warn")]
+        pieces += ["  ", TonedText(f"{left(task.urgent_at, picture.at)} {clean(task.urgent)}", "warn")]
     lines = [line(*pieces)]
     says = "; ".join(part for part in (", ".join(task.held), task.doing, f"{task.code} {task.reason}".strip()) if part)
     lines += [line(" " * INDENT, part) for part in wrap(clean(says), width - INDENT)[:2] if part]
@@ -35,17 +35,17 @@ def head_lines(picture: TaskPicture, width: int, glyphs: Glyphs) -> list[Line]:
     return lines
 
 
-def tree_rows(picture: TaskPicture, width: int, *, ascii_only: bool) -> list[Row]:
+def tree_rows(picture: TaskPicture, width: int, *, ascii_only: bool) -> list[PaneRow]:
     """Return the live tree; the id of a row is the path of its step."""
     steps = {step.path: step for step in picture.steps}
     drawn = draw(picture.drawing, steps, width=width, ascii_only=ascii_only, head=False)
     return [
-        Row(f"{number}|{one.path}", (tuple(Piece(p.text, cast("Tone", p.style)) for p in one.pieces),))
+        PaneRow(f"{number}|{one.path}", (tuple(TonedText(p.text, cast("Tone", p.style)) for p in one.pieces),))
         for number, one in enumerate(drawn)
     ]
 
 
-def running_row(rows: list[Row], picture: TaskPicture) -> int:
+def running_row(rows: list[PaneRow], picture: TaskPicture) -> int:
     """Return the place of the deepest step that runs; 0 if none does."""
     runs = {step.path for step in picture.steps if step.status == "running"}
     leaves = {b.path for b in walk(picture.drawing.sections) if is_step(b) and b.path in runs and not b.children}
@@ -53,25 +53,25 @@ def running_row(rows: list[Row], picture: TaskPicture) -> int:
     return found[0] if found else 0
 
 
-def value_rows(picture: TaskPicture, width: int, glyphs: Glyphs) -> list[Row]:
+def value_rows(picture: TaskPicture, width: int, glyphs: Glyphs) -> list[PaneRow]:
     """Return the values of the blackboard, those of the task first, then of its scopes."""
     rows = []
     for scope in sorted(picture.values):
         if scope:
-            rows.append(Row(f"{scope}|", (line(Piece(clean(scope), "title")),)))
+            rows.append(PaneRow(f"{scope}|", (line(TonedText(clean(scope), "title")),)))
         for name, value in picture.values[scope].items():
             shown = clean(str(value))
             indent = " " * INDENT if scope else ""
             first, *rest = wrap(shown, max(10, width - 22))
-            lines = [line(indent, Piece(fit(clean(name), 20, glyphs), "agent"), " ", first)]
+            lines = [line(indent, TonedText(fit(clean(name), 20, glyphs), "agent"), " ", first)]
             lines += [line(" " * 21, indent, part) for part in rest]
-            rows.append(Row(f"{scope}|{name}", tuple(lines)))
+            rows.append(PaneRow(f"{scope}|{name}", tuple(lines)))
     return rows
 
 
-def goal_rows(picture: TaskPicture, glyphs: Glyphs) -> list[Row]:
+def goal_rows(picture: TaskPicture, glyphs: Glyphs) -> list[PaneRow]:
     """Return the goals in flight, and those that wait at the gate with the reason."""
-    return [Row(goal.id, (_goal(goal, picture.at, glyphs),)) for goal in picture.goals]
+    return [PaneRow(goal.id, (_goal(goal, picture.at, glyphs),)) for goal in picture.goals]
 
 
 def _goal(goal: GoalFact, now: int, glyphs: Glyphs) -> Line:
@@ -80,26 +80,26 @@ def _goal(goal: GoalFact, now: int, glyphs: Glyphs) -> Line:
     waits = goal.state == "gated"
     said = " ".join(part for part in (goal.phase, goal.code, goal.text) if part)
     return line(
-        Piece(fit(clean(goal.agent), 12, glyphs) + " ", "agent"),
-        Piece(fit(clean(goal.action), 12, glyphs) + " ", "kind"),
-        Piece(fit("WAITS" if waits else clean(goal.state), 11, glyphs) + " ", "warn" if waits else "good"),
-        Piece(f"{percent:>5} "),
-        Piece(f"{span(now - goal.since):>7} ", "dim"),
+        TonedText(fit(clean(goal.agent), 12, glyphs) + " ", "agent"),
+        TonedText(fit(clean(goal.action), 12, glyphs) + " ", "kind"),
+        TonedText(fit("WAITS" if waits else clean(goal.state), 11, glyphs) + " ", "warn" if waits else "good"),
+        TonedText(f"{percent:>5} "),
+        TonedText(f"{span(now - goal.since):>7} ", "dim"),
         " ".join(part for part in (where, clean(said)) if part),
     )
 
 
-def why_rows(found: tuple[str, list[Because]], width: int) -> list[Row]:
+def why_rows(found: tuple[str, list[Because]], width: int) -> list[PaneRow]:
     """Return an explanation: how it stands, then the chain of causes with what helps."""
     state, because = found
-    rows = [Row("state", (line(Piece(clean(state), "bold")),))]
+    rows = [PaneRow("state", (line(TonedText(clean(state), "bold")),))]
     for number, one in enumerate(because):
         indent = " " * INDENT * (1 + one.depth)
         lines = [line(indent, part) for part in wrap(clean(one.text), max(10, width - len(indent)))]
         if one.hint:
             lines += [
-                line(indent, Piece(f"-> {part}", "agent"))
+                line(indent, TonedText(f"-> {part}", "agent"))
                 for part in wrap(clean(one.hint), max(10, width - len(indent) - 3))
             ]
-        rows.append(Row(f"{number}", tuple(lines)))
+        rows.append(PaneRow(f"{number}", tuple(lines)))
     return rows

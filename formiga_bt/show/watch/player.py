@@ -5,8 +5,8 @@ from typing import Any, ClassVar, Final, Protocol
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.show.source import Source
-from formiga_bt.show.watch.app import Watch
-from formiga_bt.show.watch.text import Piece, line
+from formiga_bt.show.watch.app import Dashboard
+from formiga_bt.show.watch.text import TonedText, line
 from formiga_bt.show.watch.top import clock as written
 
 HELP: Final = "space:play  . ,:event  > <:failure  + -:speed  @:jump  [ ]:10 s  ?:keys  q:quit"
@@ -36,14 +36,14 @@ class Moving(Source, Protocol):
         ...
 
 
-class Player(Watch):
+class Player(Dashboard):
     """The player.
 
     Args:
         moving: the moment.
         step: goes to the next (1) or former (-1) event, or (True) failure; returns whether there is one.
         jump: goes to a moment as people write it; raises FormigaError.
-        options: of `Watch`.
+        options: of `Dashboard`.
     """
 
     KEYS: ClassVar[tuple[str, ...]] = (
@@ -75,7 +75,7 @@ class Player(Watch):
             self._soon.set()
         self._answered_s = at_s  # history always answers
         super().tick()
-        self.frame.foot.put([(line(Piece(f" {self.status} ", "calm_bar"), Piece(f"  {HELP}", "dim")), False)])
+        self.frame.foot.put([(line(TonedText(f" {self.status} ", "calm_bar"), TonedText(f"  {HELP}", "dim")), False)])
 
     @property
     def status(self) -> str:

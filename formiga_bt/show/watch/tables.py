@@ -5,10 +5,10 @@ from formiga_bt.show.watch.text import (
     TONES,
     Glyphs,
     Line,
-    Piece,
-    Row,
+    PaneRow,
     Rows,
     Tone,
+    TonedText,
     clean,
     fit,
     left,
@@ -57,16 +57,16 @@ def _task(task: TaskFact, now: int, widths: tuple[int, int, int], glyphs: Glyphs
     until = task.urgent_at - now if task.urgent_at is not None else FAR_US
     soon: Tone = "alarm" if until < SOON_US else "warn" if until < FAR_US else "plain"
     pieces = [
-        Piece(fit(clean(task.id), ids, glyphs) + " ", "bold"),
-        Piece(fit(status, 16, glyphs) + " ", TONES.get(word, "plain")),
-        Piece(fit(next_, urgent, glyphs) + " ", soon),
+        TonedText(fit(clean(task.id), ids, glyphs) + " ", "bold"),
+        TonedText(fit(status, 16, glyphs) + " ", TONES.get(word, "plain")),
+        TonedText(fit(next_, urgent, glyphs) + " ", soon),
     ]
     if agents:
-        pieces.append(Piece(fit(clean(" ".join(task.agents)), agents, glyphs) + " ", "agent"))
+        pieces.append(TonedText(fit(clean(" ".join(task.agents)), agents, glyphs) + " ", "agent"))
     says = f"{task.code} {task.reason}".strip() if task.is_over or (task.code and not task.doing) else task.doing
     if task.needs and not task.is_over:
         needs = "NEEDS YOU: " + ("" if says.startswith(task.needs) else f"{task.needs} ")
-        pieces.append(Piece(clean(needs), "alarm"))
+        pieces.append(TonedText(clean(needs), "alarm"))
     return line(*pieces, clean(says))
 
 
@@ -101,15 +101,15 @@ def _agent(agent: AgentFact, width: int, widths: tuple[int, int, int], glyphs: G
     ids, tasks, actions = widths
     state, tone = _state(agent)
     battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
-    pieces = [Piece(fit(clean(agent.id), ids, glyphs) + " ", "agent")]
+    pieces = [TonedText(fit(clean(agent.id), ids, glyphs) + " ", "agent")]
     if width >= WIDE:
-        pieces.append(Piece(fit(clean(agent.type), 8, glyphs) + " ", "dim"))
-    pieces.append(Piece(fit(state, 16, glyphs) + " ", tone))
-    pieces.append(Piece(fit(battery, 7, glyphs) + " "))
+        pieces.append(TonedText(fit(clean(agent.type), 8, glyphs) + " ", "dim"))
+    pieces.append(TonedText(fit(state, 16, glyphs) + " ", tone))
+    pieces.append(TonedText(fit(battery, 7, glyphs) + " "))
     if width >= NARROW:
-        pieces.append(Piece(fit(clean(agent.task), tasks, glyphs) + " "))
-        pieces.append(Piece(fit(clean(agent.action), actions, glyphs) + " ", "kind"))
-    return line(*pieces, Piece(clean(_trouble(agent)), "warn"))
+        pieces.append(TonedText(fit(clean(agent.task), tasks, glyphs) + " "))
+        pieces.append(TonedText(fit(clean(agent.action), actions, glyphs) + " ", "kind"))
+    return line(*pieces, TonedText(clean(_trouble(agent)), "warn"))
 
 
 def _state(agent: AgentFact) -> tuple[str, Tone]:
@@ -137,17 +137,17 @@ def line_rows(lines: tuple[LineFact, ...], now: int, width: int) -> Rows:
     newest = lines[::-1]
     return Rows(
         [f"{one.at}:{one.text}" for one in newest],
-        lambda place: Row(f"{newest[place].at}:{newest[place].text}", _line(newest[place], now, width)),
+        lambda place: PaneRow(f"{newest[place].at}:{newest[place].text}", _line(newest[place], now, width)),
     )
 
 
-def _row(row_id: str, pieces: Line) -> Row:
-    return Row(row_id, (pieces,))
+def _row(row_id: str, pieces: Line) -> PaneRow:
+    return PaneRow(row_id, (pieces,))
 
 
 def _line(one: LineFact, now: int, width: int) -> tuple[Line, ...]:
     tone: Tone = "alarm" if one.severity == "alarm" else "warn" if one.severity == "warning" else "plain"
     word = "ALARM: " if one.severity == "alarm" else "WARNING: " if one.severity == "warning" else ""
     first, *rest = wrap(word + clean(one.text), max(10, width - AGO))
-    head = line(Piece(f"{span(now - one.at):>8} ago  ", "dim"), Piece(first, tone))
-    return (head, *(line(" " * AGO, Piece(part, tone)) for part in rest))
+    head = line(TonedText(f"{span(now - one.at):>8} ago  ", "dim"), TonedText(first, tone))
+    return (head, *(line(" " * AGO, TonedText(part, tone)) for part in rest))

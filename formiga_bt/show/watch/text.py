@@ -19,18 +19,18 @@ Tone = Literal[
 """The last ones are those of drawn trees (`show.tree.terminal`)."""
 
 
-class Piece(Struct, frozen=True):
+class TonedText(Struct, frozen=True):
     """Some text in one tone."""
 
     text: str
     tone: Tone = "plain"
 
 
-Line = tuple[Piece, ...]
+Line = tuple[TonedText, ...]
 """One line on the screen."""
 
 
-class Row(Struct, frozen=True):
+class PaneRow(Struct, frozen=True):
     """What can be chosen in a pane: an id, and one or more lines."""
 
     id: str
@@ -45,20 +45,20 @@ class Rows:
         make: makes the row at a place.
     """
 
-    def __init__(self, ids: Sequence[str], make: Callable[[int], Row]) -> None:
+    def __init__(self, ids: Sequence[str], make: Callable[[int], PaneRow]) -> None:
         self.ids = ids
         self._make = make
-        self._made: dict[int, Row] = {}
+        self._made: dict[int, PaneRow] = {}
 
     @classmethod
-    def of(cls, rows: Sequence[Row]) -> "Rows":
+    def of(cls, rows: Sequence[PaneRow]) -> "Rows":
         """Return rows that are made already."""
         return cls([row.id for row in rows], rows.__getitem__)
 
     def __len__(self) -> int:
         return len(self.ids)
 
-    def __getitem__(self, place: int) -> Row:
+    def __getitem__(self, place: int) -> PaneRow:
         if place not in self._made:
             self._made[place] = self._make(place)
         return self._made[place]
@@ -103,9 +103,9 @@ def clean(text: str) -> str:
     return "".join(c if not unicodedata.category(c).startswith(("C", "Z")) else " " for c in text)
 
 
-def line(*pieces: Piece | str) -> Line:
+def line(*pieces: TonedText | str) -> Line:
     """Return a line; a plain text is a plain piece."""
-    return tuple(Piece(p) if isinstance(p, str) else p for p in pieces)
+    return tuple(TonedText(p) if isinstance(p, str) else p for p in pieces)
 
 
 def plain(pieces: Line) -> str:

@@ -13,7 +13,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.show.facts import Now, Top
 from formiga_bt.show.offset import offset_words
-from formiga_bt.show.watch.text import Line, Piece, clean, line, span, width_of
+from formiga_bt.show.watch.text import Line, TonedText, clean, line, span, width_of
 
 
 class Link(Struct, frozen=True):
@@ -29,30 +29,30 @@ class Link(Struct, frozen=True):
         return "" if self.lost_s is None else span(int(self.lost_s * 1e6))
 
 
-def parts(now: Now | None, link: Link) -> list[Piece]:
+def parts(now: Now | None, link: Link) -> list[TonedText]:
     """Return the parts of the top line, most urgent first where something is wrong."""
     found = []
     if link.lost_s is not None:
         seen = f"what you see is {link.words} old" if now is not None else f"tried for {link.words}"
-        found.append(Piece(f"NO ENGINE: {seen}", "alarm_bar"))
+        found.append(TonedText(f"NO ENGINE: {seen}", "alarm_bar"))
     if now is None:
-        return found or [Piece("asking the engine ...", "calm_bar")]
+        return found or [TonedText("asking the engine ...", "calm_bar")]
     top = now.top
     if top.lockdown:
-        found.append(Piece(_lockdown(top), "alarm_bar"))
+        found.append(TonedText(_lockdown(top), "alarm_bar"))
     if now.engine == "past":
-        found.append(Piece(f"PAST {clock(now.at)}", "warn_bar"))
+        found.append(TonedText(f"PAST {clock(now.at)}", "warn_bar"))
     elif now.engine != "ok":
-        found.append(Piece(f"ENGINE {clean(now.engine).upper()}", "warn_bar"))
-    found.append(Piece(f"AIRBORNE {top.airborne}", "calm_bar"))
+        found.append(TonedText(f"ENGINE {clean(now.engine).upper()}", "warn_bar"))
+    found.append(TonedText(f"AIRBORNE {top.airborne}", "calm_bar"))
     waits = f" ({span(top.longest_wait_us)})" if top.needs_you else ""
-    found.append(Piece(f"NEEDS YOU {top.needs_you}{waits}", "alarm_bar" if top.needs_you else "calm_bar"))
-    found.append(Piece(f"ALARM {top.alarms}", "alarm_bar" if top.alarms else "calm_bar"))
-    found.append(Piece(f"HELD {top.held}", "warn_bar" if top.held else "calm_bar"))
+    found.append(TonedText(f"NEEDS YOU {top.needs_you}{waits}", "alarm_bar" if top.needs_you else "calm_bar"))
+    found.append(TonedText(f"ALARM {top.alarms}", "alarm_bar" if top.alarms else "calm_bar"))
+    found.append(TonedText(f"HELD {top.held}", "warn_bar" if top.held else "calm_bar"))
     holders: dict[str, list[str]] = {}
     for who, machine in top.taken:
         holders.setdefault(who, []).append(machine)
-    found += [Piece(f"{who} has {', '.join(has)}", "warn_bar") for who, has in holders.items()]
+    found += [TonedText(f"{who} has {', '.join(has)}", "warn_bar") for who, has in holders.items()]
     return found
 
 
@@ -83,7 +83,7 @@ def top_lines(now: Now | None, link: Link, width: int, about: str = "", most: in
         about: what stands at the right edge if there is room.
         most: so many lines at most; what is too much is cut.
     """
-    lines: list[list[Piece]] = [[]]
+    lines: list[list[TonedText]] = [[]]
     used = 0
     for part in parts(now, link):
         room = width_of(part.text) + (3 if used else 0)
@@ -91,10 +91,10 @@ def top_lines(now: Now | None, link: Link, width: int, about: str = "", most: in
             lines.append([])
             used, room = 0, width_of(part.text)
         if used:
-            lines[-1].append(Piece(" | ", "calm_bar"))
+            lines[-1].append(TonedText(" | ", "calm_bar"))
         lines[-1].append(part)
         used += room
     done = [line(*pieces) for pieces in lines]
     if about and len(done) == 1 and used + 2 + width_of(about) <= width:
-        done[0] = (*done[0], Piece(" " * (width - used - width_of(about)) + about, "calm_bar"))
+        done[0] = (*done[0], TonedText(" " * (width - used - width_of(about)) + about, "calm_bar"))
     return done

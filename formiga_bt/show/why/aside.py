@@ -6,7 +6,7 @@ Pure functions over a state, part of `why`.
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from formiga_bt.engine.kernel.records import Request, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import AgentRequest, TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 
 KEPT: Final[Mapping[str, str]] = {
@@ -27,7 +27,7 @@ ENDED: Final[Mapping[str, str]] = {
 """Why an earlier run ended."""
 
 
-def making_room(request: Request) -> Iterator[Because]:
+def making_room(request: AgentRequest) -> Iterator[Because]:
     """Tell a task that waits who steps aside for it."""
     if request.preempting:
         names = ", ".join(request.preempting)

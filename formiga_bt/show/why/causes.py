@@ -11,7 +11,7 @@ from typing import Final, assert_never
 from msgspec import Struct
 
 from formiga_bt.engine.kernel.drains import is_over
-from formiga_bt.engine.kernel.records import GoalRecord, Question, Request, TaskRecord, Tidy, request_id
+from formiga_bt.engine.kernel.records import AgentRequest, GoalRecord, Question, TaskRecord, Tidy, request_id
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
@@ -26,7 +26,7 @@ from formiga_bt.engine.kernel.timers import (
     NodeDue,
     Timer,
 )
-from formiga_bt.nodes.ends import ChildEnd, Drain, End, FinallyEnd, GoalEnd, Release
+from formiga_bt.nodes.ends import AgentReleased, ChildEnd, Drain, End, FinallyEnd, GoalEnd
 from formiga_bt.nodes.memory import (
     AskMem,
     DoMem,
@@ -210,7 +210,7 @@ class _Waits:
         bound = self._is_set(NodeDue(self.task.id, key)) or (request is not None and request.wait_left is not None)
         return self._request(request, key) if bound else Cause("", key, "the end of its wait")
 
-    def _request(self, request: Request | None, at: str) -> Cause:
+    def _request(self, request: AgentRequest | None, at: str) -> Cause:
         if request is None:
             return Cause("", at, "its request")
         for verdict in self.state.explanations.get(request.task, ()):
@@ -300,7 +300,7 @@ class _Waits:
                 return Cause(self.goal(self.state.goals[goal]), at, goal)
             case FinallyEnd(tidy):
                 return Cause("finally", at, tidy)
-            case Release(agent):
+            case AgentReleased(agent):
                 return Cause("release", at, agent)
             case ChildEnd(child):
                 return Cause("task", at, child)

@@ -9,7 +9,7 @@ from formiga_bt.base.geo import mm
 from formiga_bt.engine.allocator.cost import M_PER_POINT, PREFERRED, UNREACHABLE
 from formiga_bt.engine.kernel.records import TaskRecord, Verdict
 from formiga_bt.show.facts import Because
-from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.waiting import OTHER_ROLE, refusals
 from formiga_bt.show.why.words import span
 
@@ -17,7 +17,7 @@ OTHERS: Final = 5
 """So many that fitted too are named, the best first."""
 
 
-def chosen(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def chosen(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell who was chosen for each role of a task, or for a failed one why nobody was."""
     verdicts = scene.state.explanations.get(task.id, ())
     for role in dict.fromkeys(v.role for v in verdicts if v.role):
@@ -36,7 +36,7 @@ def chosen(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             yield from deeper(refusals(scene, refused))
 
 
-def _choice(scene: Scene, role: str, picked: Sequence[Verdict], others: Sequence[Verdict]) -> Because:
+def _choice(scene: WhyScene, role: str, picked: Sequence[Verdict], others: Sequence[Verdict]) -> Because:
     names = ", ".join(with_cost(scene, v) for v in picked)
     rest = sorted(others, key=lambda v: v.cost or 0.0)
     more = f" and {len(rest) - OTHERS} more" if len(rest) > OTHERS else ""
@@ -62,7 +62,7 @@ def _reason(picked: Sequence[Verdict], others: Sequence[Verdict]) -> str:
     return f", the nearest {'with charge to spare' if charged else 'for its charge'}; others that fitted"
 
 
-def with_cost(scene: Scene, verdict: Verdict) -> str:
+def with_cost(scene: WhyScene, verdict: Verdict) -> str:
     """Return an agent with what choosing it costs: `hwd_1 (410 m, 41 s away)`."""
     cost = verdict.cost
     if cost is None or cost == 0.0:
@@ -76,7 +76,7 @@ def with_cost(scene: Scene, verdict: Verdict) -> str:
     return f"{verdict.agent} ({told})"
 
 
-def _far(scene: Scene, verdict: Verdict) -> str:
+def _far(scene: WhyScene, verdict: Verdict) -> str:
     way = _way_m(verdict)
     if way == 0.0:
         return ""

@@ -6,7 +6,7 @@ from typing import Final
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.lang.places import static_path
 from formiga_bt.show.facts import ActionFact, Because
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.words import REASONS, REPEATS, say, span
 
 TRIES: Final = 5
@@ -17,7 +17,7 @@ UNSAID: Final = ("", "operator", "abandoned", "restart")
 STATES: Final = {"succeeded": "", "failed": " failed", "running": " (runs)"}
 
 
-def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def outcome(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell how a task's steps ended, and why."""
     if task.outcome == "SUCCEEDED":
         took = f" after {span(task.ended_at - task.submitted_at)}" if task.ended_at is not None else ""
@@ -37,7 +37,7 @@ def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     yield from _cleanup(scene, task)
 
 
-def _tried(scene: Scene, task: TaskRecord, key: str) -> Iterator[Because]:
+def _tried(scene: WhyScene, task: TaskRecord, key: str) -> Iterator[Because]:
     """Tell of the attempts of the step that failed, if there were several, and of who was asked."""
     path = static_path(key)
     found = [one for one in _of_this_run(scene, task) if one.path == path]
@@ -49,7 +49,7 @@ def _tried(scene: Scene, task: TaskRecord, key: str) -> Iterator[Because]:
     yield Because("tried", f"it was {'asked' if asked else 'sent'} {times}: {told}", depth=2)
 
 
-def _of_this_run(scene: Scene, task: TaskRecord) -> list[ActionFact]:
+def _of_this_run(scene: WhyScene, task: TaskRecord) -> list[ActionFact]:
     mine = f"{task.id}/{task.run}/"
     return [one for one in scene.actions if one.task == task.id and (not one.goal or one.goal.startswith(mine))]
 
@@ -63,7 +63,7 @@ def _ended_as(action: ActionFact) -> str:
     return f"{action.agent} {action.code}" if own else f"{action.agent} {action.state} ({action.code})"
 
 
-def _children(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _children(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell of the tasks that it requested and that did not succeed."""
     for one in task.children:
         child = scene.state.tasks.get(one)
@@ -78,7 +78,7 @@ def _section(action: ActionFact) -> str:
     return (action.path or (parts[2] if len(parts) > 2 else "")).partition("/")[0].partition(":")[0]
 
 
-def _cleanup(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _cleanup(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what was done after the steps, what went wrong in it, and what became of the machines."""
     found = [one for one in _of_this_run(scene, task) if _section(one) in CLEANUP and one.action != "Confirm"]
     if found and task.outcome != "SUCCEEDED":

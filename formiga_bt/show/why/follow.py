@@ -12,7 +12,7 @@ from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import cleared_machine
 from formiga_bt.show.why.goals import goal_line, question_line, questions, silence_line
 from formiga_bt.show.why.going_on import HANDBACK, ways_on, ways_on_of
-from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.standing import doing, given
 from formiga_bt.show.why.waits import waits
 from formiga_bt.show.why.words import HOLDS, quarantine_hint, say, span
@@ -25,7 +25,7 @@ LINKS: Final = 6
 Seen = tuple[str, ...]
 
 
-def behind_gate(scene: Scene, goal: GoalRecord, seen: Seen = ()) -> Iterator[Because]:
+def behind_gate(scene: WhyScene, goal: GoalRecord, seen: Seen = ()) -> Iterator[Because]:
     """Tell why what a goal waits for at the gate does not come about."""
     if goal.state == "gated" and goal.code in BLOCKERS and goal.text in scene.state.agents:
         yield from behind_machine(scene, goal.text, (*seen, goal.agent))
@@ -33,14 +33,14 @@ def behind_gate(scene: Scene, goal: GoalRecord, seen: Seen = ()) -> Iterator[Bec
         yield from clearance_asked(scene, goal.agent)
 
 
-def clearance_asked(scene: Scene, agent_id: str) -> Iterator[Because]:
+def clearance_asked(scene: WhyScene, agent_id: str) -> Iterator[Because]:
     """Tell of the question whether people stand clear of a machine."""
     for question in scene.state.questions.values():
         if question.reply is None and cleared_machine(question) == agent_id:
             yield question_line(scene, question, name_task=True)
 
 
-def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Because]:
+def behind_machine(scene: WhyScene, agent_id: str, seen: Seen = ()) -> Iterator[Because]:
     """Tell why a machine is where it is: who has it, what it does, what that waits for."""
     agent = scene.state.agents.get(agent_id)
     if agent is None or len(seen) >= LINKS:
@@ -70,7 +70,7 @@ def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Bec
     yield from _at_work(scene, agent_id, seen)
 
 
-def _at_work(scene: Scene, agent_id: str, seen: Seen) -> Iterator[Because]:
+def _at_work(scene: WhyScene, agent_id: str, seen: Seen) -> Iterator[Because]:
     agent = scene.state.agents[agent_id]
     mine = [g for g in scene.state.goals.values() if g.agent == agent_id and (g.state == "gated" or g.in_flight)]
     for goal in sorted(mine, key=lambda g: not g.in_flight)[:1]:
@@ -94,7 +94,7 @@ def _where(landed: str) -> str:
 
 
 # -- tasks -------------------------------------------------------------------------------------------------------------
-def behind_task(scene: Scene, task: TaskRecord, seen: Seen = ()) -> Iterator[Because]:
+def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[Because]:
     """Tell what an open task does or waits for, in as few lines as tell it."""
     if task.ended or task.id in seen or len(seen) >= LINKS:
         return
@@ -140,7 +140,7 @@ def _more(count: int) -> str:
     )
 
 
-def _idle(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _idle(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell of a task none of whose agents has a goal."""
     for request in scene.state.requests.values():
         if request.node and request.holder == task.id:

@@ -18,7 +18,7 @@ from formiga_bt.show.why.goals import silent
 from formiga_bt.show.why.machine import why_machine
 from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.running import running
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.stopped import away, locked, stopped
 from formiga_bt.show.why.waiting import waiting
 
@@ -41,15 +41,15 @@ def explain(
         models: the checked tasks by name; an unknown one is explained without its file's lines.
         of: id of the task or agent.
         now: engine time.
-        catalogue: as `Scene`.
-        wall: as `Scene`.
-        desk: as `Scene`.
-        actions: as `Scene`.
+        catalogue: as `WhyScene`.
+        wall: as `WhyScene`.
+        desk: as `WhyScene`.
+        actions: as `WhyScene`.
 
     Raises:
         TaskError: `unknown_task`; the text proposes ids that look alike.
     """
-    scene = Scene(state, now, models, catalogue, wall, desk, actions)
+    scene = WhyScene(state, now, models, catalogue, wall, desk, actions)
     task = state.tasks.get(of)
     if task is not None:
         return f"{task.id} {task.status}" + (" HELD" if task.held else ""), _not_itself(of, why_task(scene, task))
@@ -75,7 +75,7 @@ def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unkn
     return TaskError(code, f"there is no {kind} '{shortened(of)}' (any more){tail}")
 
 
-def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
+def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:
     """Return the chain of a task."""
     if task.status == "PENDING":
         return [
@@ -95,7 +95,7 @@ def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
     return [*lines, *chosen(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]
 
 
-def _older(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _older(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     newest = newest_of(scene.state, task.name)
     if newest is not None and newest.bundle != task.bundle and not task.system_agent:
         text = f"it runs version {task.version} of {task.name} to its end; new requests get version {newest.n}"
@@ -108,7 +108,7 @@ def _requested(task: TaskRecord) -> Iterator[Because]:
         yield Because("parent", f"{task.parent} requested it, and it {ends}", f"formiga why {task.parent}")
 
 
-def _agents_of(scene: Scene, task: TaskRecord) -> list[str]:
+def _agents_of(scene: WhyScene, task: TaskRecord) -> list[str]:
     """Return the agents that a task depends on now."""
     mine = [goal.agent for goal in scene.state.goals.values() if goal.task == task.id and not goal.ended]
     return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.granted]

@@ -6,14 +6,14 @@ from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, 
 from formiga_bt.engine.kernel.timers import EscalationDue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import lapses_at
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.unanswered import then
 from formiga_bt.show.why.words import GATE, say, span
 
 RUNNING_HINT = "is its process running, and connected to this engine? formiga agents"
 
 
-def goal_line(scene: Scene, goal: GoalRecord) -> Because:
+def goal_line(scene: WhyScene, goal: GoalRecord) -> Because:
     """Return what a goal waits for at the gate, or what it does."""
     if goal.state != "gated":
         return Because(f"goal.{goal.state}", flight(scene, goal), agent=goal.agent)
@@ -23,7 +23,7 @@ def goal_line(scene: Scene, goal: GoalRecord) -> Because:
     return Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}{since}", agent=goal.agent)
 
 
-def flight(scene: Scene, goal: GoalRecord) -> str:
+def flight(scene: WhyScene, goal: GoalRecord) -> str:
     """Return what an agent does for a goal, since when, how far it has come."""
     since = span(scene.now - (goal.sent_at if goal.sent_at is not None else goal.at))
     more = [goal.phase] if goal.phase else []
@@ -33,7 +33,7 @@ def flight(scene: Scene, goal: GoalRecord) -> str:
     return f"{goal.agent} does {goal.action} since {since}{tail}"
 
 
-def silent(scene: Scene, agents: list[str]) -> Iterator[Because]:
+def silent(scene: WhyScene, agents: list[str]) -> Iterator[Because]:
     """Tell of those agents that are not heard of."""
     for agent_id in dict.fromkeys(agents):
         agent = scene.state.agents.get(agent_id)
@@ -41,7 +41,7 @@ def silent(scene: Scene, agents: list[str]) -> Iterator[Because]:
             yield silence_line(scene, agent)
 
 
-def silence_line(scene: Scene, agent: AgentRecord) -> Because:
+def silence_line(scene: WhyScene, agent: AgentRecord) -> Because:
     """Return for how long an agent is not heard of, and when it counts as lost."""
     silence, lost_after = scene.silence(agent), scene.lost_after(agent)
     text = f"{agent.id} is not heard of" if silence is None else f"{agent.id} has not been heard of for {span(silence)}"
@@ -54,14 +54,14 @@ def silence_line(scene: Scene, agent: AgentRecord) -> Because:
     return Because("lost" if lost else "suspect", text, RUNNING_HINT + removed, agent.id)
 
 
-def questions(scene: Scene, task: TaskRecord, *, name_task: bool = False) -> Iterator[Because]:
+def questions(scene: WhyScene, task: TaskRecord, *, name_task: bool = False) -> Iterator[Because]:
     """Tell of the open questions of a task."""
     for question in scene.state.questions.values():
         if question.task == task.id and question.reply is None:
             yield question_line(scene, question, name_task=name_task)
 
 
-def question_line(scene: Scene, question: Question, *, name_task: bool = False) -> Because:
+def question_line(scene: WhyScene, question: Question, *, name_task: bool = False) -> Because:
     """Return whom a question asks, since when, when it lapses and what then; the hint answers it, where that is done here."""
     shown = [p for p in question.asked if question.showing(p) in scene.state.goals]
     who = ", ".join(question.asked) or "nobody"
@@ -83,7 +83,7 @@ def question_line(scene: Scene, question: Question, *, name_task: bool = False) 
     return Because("question", f"{text}: {question.text}", hint)
 
 
-def _unseen(scene: Scene, question: Question) -> str:
+def _unseen(scene: WhyScene, question: Question) -> str:
     """Return why nobody sees a question."""
     reasons = []
     for person in question.asked:

@@ -10,7 +10,7 @@ from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, question_line
 from formiga_bt.show.why.going_on import HANDBACK, ways_on_of
-from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.standing import doing, given, lockdown_text, not_heard
 from formiga_bt.show.why.stopped import breach
 from formiga_bt.show.why.words import not_ready, quarantine_hint
@@ -19,7 +19,7 @@ LAYS_DOWN = ("engine", "lockdown")
 """Scopes of orders that end by themselves, or with lockdown."""
 
 
-def why_machine(scene: Scene, agent: AgentRecord) -> list[Because]:
+def why_machine(scene: WhyScene, agent: AgentRecord) -> list[Because]:
     """Return the chain of a machine or person, most important first."""
     state = scene.state
     lines = [*_reach(agent, scene), *_orders(scene, agent)]
@@ -40,7 +40,7 @@ def why_machine(scene: Scene, agent: AgentRecord) -> list[Because]:
     ]
 
 
-def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
+def _reach(agent: AgentRecord, scene: WhyScene) -> Iterator[Because]:
     """Tell whether it can be commanded at all."""
     if agent.refused:
         hint = "list it in site.yaml under agents, with a port as its home"
@@ -70,7 +70,7 @@ def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
         yield Because("control", text, HANDBACK.format(agent=agent.id))
 
 
-def _orders(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
+def _orders(scene: WhyScene, agent: AgentRecord) -> Iterator[Because]:
     state = scene.state
     if state.lockdown is not None and not agent.human:
         yield Because("lockdown", lockdown_text(state.lockdown, scene.now), "formiga lockdown release")
@@ -83,7 +83,7 @@ def _orders(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
         )
 
 
-def _task(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
+def _task(scene: WhyScene, agent: AgentRecord) -> Iterator[Because]:
     state = scene.state
     order = state.orders.get(agent.id)
     task = state.tasks.get(agent.task or (order.task if order is not None else ""))

@@ -9,13 +9,13 @@ from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, questions
-from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.waiting import asked
 from formiga_bt.show.why.waits import waits
 from formiga_bt.show.why.words import span
 
 
-def running(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def running(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what a task does and waits for; what it waits for comes first."""
     state = scene.state
     mine = [g for g in state.goals.values() if g.task == task.id and g.action != "Confirm"]
@@ -48,7 +48,7 @@ def running(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         yield Because("recover", f"its machines are brought home: {', '.join(home)}")
 
 
-def _with_step(scene: Scene, task: TaskRecord, goal: GoalRecord) -> Because:
+def _with_step(scene: WhyScene, task: TaskRecord, goal: GoalRecord) -> Because:
     """Return the line of a goal with the step that sent it, where that is known."""
     line = goal_line(scene, goal)
     step = scene.step(task, goal.owner) if goal.owner and goal.owner[0] != "!" else None
@@ -56,7 +56,7 @@ def _with_step(scene: Scene, task: TaskRecord, goal: GoalRecord) -> Because:
     return Because(line.code, line.text + where, line.hint, line.agent)
 
 
-def _throttled(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _throttled(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell that its waits are made longer, and which one was last."""
     slow = throttled(scene.state, task, scene.now)
     if slow is not None and slow.since is not None:
@@ -68,7 +68,7 @@ def _throttled(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         yield Because("throttled", text, "wait longer, or wait_until a condition")
 
 
-def _limits(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def _limits(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell when the task's own time is over."""
     limits: tuple[tuple[TaskTime, str], ...] = (("timeout", "its timeout"), ("cleanup", "the time of its cleanup"))
     for what, words in limits:

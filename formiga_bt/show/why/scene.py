@@ -16,7 +16,7 @@ from formiga_bt.show.why.places import StepPlaces
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class WhyScene:
     """A state and its surroundings.
 
     Args:

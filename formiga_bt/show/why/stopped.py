@@ -13,12 +13,12 @@ from formiga_bt.engine.orders.continuing import cannot as cannot_continue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.going_on import in_the_way, ways_on
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.standing import AGAIN, doing, given
 from formiga_bt.show.why.words import HOLDS, REASONS, say, span
 
 
-def locked(scene: Scene) -> Iterator[Because]:
+def locked(scene: WhyScene) -> Iterator[Because]:
     """Tell of lockdown to a task that waits for agents."""
     found = scene.state.lockdown
     if found is not None:
@@ -26,7 +26,7 @@ def locked(scene: Scene) -> Iterator[Because]:
         yield Because("lockdown", text, "formiga lockdown release")
 
 
-def stopped(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def stopped(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell who holds a task, what its machines do for their orders, and what `continue` would do."""
     state, catalogue, model = scene.state, scene.catalogue, scene.model(task)
     if task.again:
@@ -58,7 +58,7 @@ def stopped(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             yield _interrupted(state, task, goal, catalogue)
 
 
-def away(scene: Scene) -> Iterator[Because]:
+def away(scene: WhyScene) -> Iterator[Because]:
     """Tell that it is still being found out what happened while the engine was away."""
     resume = scene.state.resume
     if resume is None or resume.phase == "watching":
@@ -72,7 +72,7 @@ def _machines_of(task: TaskRecord) -> list[str]:
     return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
 
 
-def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because:
+def _held(scene: WhyScene, task: TaskRecord, cause: str, told: set[str]) -> Because:
     state, catalogue = scene.state, scene.catalogue
     word, _, agent_id = cause.partition(":")
     text = say(HOLDS, f"{word}:" if agent_id and f"{word}:" in HOLDS else word, agent=agent_id)

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from formiga_bt.engine.kernel.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.aside import detail, making_room
 from formiga_bt.show.why.follow import behind_machine, behind_task
-from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.words import (
     BLOCKED,
     BLOCKED_HINTS,
@@ -32,7 +32,7 @@ FOLLOWED: Final = 3
 """So many tasks that keep agents busy are looked into."""
 
 
-def waiting(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def waiting(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Explain a PENDING task."""
     request = scene.state.requests.get(task.id)
     waited = span(scene.now - task.submitted_at)
@@ -44,7 +44,7 @@ def waiting(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     yield from deeper(asked(scene, request))
 
 
-def _queue(scene: Scene, request: Request) -> Iterator[Because]:
+def _queue(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:
     queued = scene.state.requests.values()
     ahead = sorted((r for r in queued if _rank(r) < _rank(request)), key=_rank)
     if ahead:
@@ -61,11 +61,11 @@ def _queue(scene: Scene, request: Request) -> Iterator[Because]:
         )
 
 
-def _rank(request: Request) -> tuple[int, int]:
+def _rank(request: AgentRequest) -> tuple[int, int]:
     return PRIORITIES[request.priority], request.order
 
 
-def asked(scene: Scene, request: Request) -> Iterator[Because]:
+def asked(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:
     """Tell how a request stands: its roles, who steps aside for it, and when it gives up."""
     verdicts = scene.state.explanations.get(request.task)
     if verdicts is None:
@@ -93,7 +93,9 @@ def is_ready(role: RoleRequest, verdicts: Sequence[Verdict]) -> bool:
     return sum(v.code in ("fits", "chosen") for v in verdicts) >= role.count
 
 
-def role_lines(scene: Scene, request: Request, role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
+def role_lines(
+    scene: WhyScene, request: AgentRequest, role: RoleRequest, verdicts: Sequence[Verdict]
+) -> Iterator[Because]:
     """Tell of one role: who could take it, or why nobody can."""
     fit = [v.agent for v in verdicts if v.code in ("fits", "chosen")]
     least = "at least " if role.more else ""
@@ -112,7 +114,7 @@ def role_lines(scene: Scene, request: Request, role: RoleRequest, verdicts: Sequ
     yield from deeper(refusals(scene, telling, request))
 
 
-def refusals(scene: Scene, verdicts: Sequence[Verdict], request: Request | None = None) -> Iterator[Because]:
+def refusals(scene: WhyScene, verdicts: Sequence[Verdict], request: AgentRequest | None = None) -> Iterator[Because]:
     """Tell why each agent was refused, what passes by itself first; behind a busy one, what keeps it busy."""
     codes = dict.fromkeys(v.code for v in sorted(verdicts, key=lambda v: _urgency(v.code)))
     followed: set[str] = set()
@@ -142,7 +144,7 @@ def _urgency(code: str) -> tuple[int, int]:
     return (2, 0) if code in FOR_EVER else (1, 0)
 
 
-def _behind(scene: Scene, verdict: Verdict, request: Request, followed: set[str]) -> Iterator[Because]:
+def _behind(scene: WhyScene, verdict: Verdict, request: AgentRequest, followed: set[str]) -> Iterator[Because]:
     """Tell what keeps a busy agent busy."""
     if verdict.code not in ("busy", "kept", "airborne", "not_idle"):
         return

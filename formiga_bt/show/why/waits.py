@@ -7,11 +7,11 @@ from formiga_bt.lang.model import WaitFor
 from formiga_bt.nodes.memory import LoopMem, RetryMem, WaitForMem, WaitMem
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.places import running_leaves
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.words import span
 
 
-def waits(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def waits(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what the steps of a task wait for, and the how-manieth attempt runs."""
     memory = scene.state.memory.get(task.id, {})
     for key in running_leaves(memory):

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli.inputs import World, read_world
+from formiga_bt.cli.inputs import CheckWorld, read_world
 
 ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="session")
-def world() -> World:
+def world() -> CheckWorld:
     return read_world([ROOT / "actions" / "base.yaml"])

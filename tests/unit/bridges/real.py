@@ -8,7 +8,7 @@ is BT.CPP's own.
 from collections.abc import Callable
 from typing import Any
 
-from formiga_bt.bridges.elements import Element, parse, write
+from formiga_bt.bridges.elements import XmlElement, parse, write
 
 KEPT = ("name", "ID")
 
@@ -52,5 +52,5 @@ def load(xml: str, act: Callable[[str, str], bool]) -> tuple[Any, Any]:
         }[kind]
         register(name, (lambda status, *_: status) if kind == "Decorator" else callback(name))
     factory.register_behavior_tree_from_text(text)
-    main: Element = parse(xml.encode())
+    main: XmlElement = parse(xml.encode())
     return factory.create_tree(main.get("main_tree_to_execute")), factory

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.bridges.elements import MAX_BYTES, MAX_DEPTH, Element, XmlRefused, parse, write
+from formiga_bt.bridges.elements import MAX_BYTES, MAX_DEPTH, XmlElement, XmlRefused, parse, write
 
 BOMB = b"""<?xml version="1.0"?>
 <!DOCTYPE lolz [
@@ -59,8 +59,8 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=20)
 
 @given(TEXTS, TEXTS, TEXTS)
 def test_what_is_written_is_read_again(value: str, text: str, comment: str) -> None:
-    element = Element("A", {"b": value}, text=text, comment=comment)
-    back = parse(write(Element("root", {}, [element]), comment).encode()).children[0]
+    element = XmlElement("A", {"b": value}, text=text, comment=comment)
+    back = parse(write(XmlElement("root", {}, [element]), comment).encode()).children[0]
     assert (back.attrs, back.text) == (
         {"b": value.replace("\ufffe", "?").replace("\uffff", "?")},
         text.replace("\ufffe", "?"),

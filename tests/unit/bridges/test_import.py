@@ -11,7 +11,7 @@ from formiga_bt.bridges.btcpp_in import import_btcpp
 from formiga_bt.bridges.elements import parse as parse_xml
 from formiga_bt.bridges.elements import write
 from formiga_bt.bridges.table import TROUBLES
-from formiga_bt.cli.inputs import World
+from formiga_bt.cli.inputs import CheckWorld
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.text.document import parse
 from tests.unit.bridges.conftest import ROOT
@@ -22,7 +22,7 @@ LEFT_TO_PEOPLE = {"E020", "E021", "W060", "E043"}
 
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
-def test_the_text_and_the_remarks_are_these(path: Path, world: World) -> None:
+def test_the_text_and_the_remarks_are_these(path: Path, world: CheckWorld) -> None:
     done = import_btcpp(path.read_bytes(), path.name, world.catalogue)
     remarks = "".join(f"# {d.mark}: {d.code}: {d.message}\n" for d in done.found)
     expected = path.with_suffix(".expected.yaml")
@@ -32,7 +32,7 @@ def test_the_text_and_the_remarks_are_these(path: Path, world: World) -> None:
 
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
-def test_what_is_left_to_mend_is_what_only_people_know(path: Path, world: World) -> None:
+def test_what_is_left_to_mend_is_what_only_people_know(path: Path, world: CheckWorld) -> None:
     done = import_btcpp(path.read_bytes(), path.name, world.catalogue)
     assert {d.code for d in done.found} <= set(TROUBLES)
     found = load_task_text(done.text, "task.yaml", catalogue=world.catalogue).diagnostics
@@ -89,7 +89,7 @@ EACH = 2
 
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
-def test_a_file_with_odd_values_becomes_yaml_or_is_refused(path: Path, world: World) -> None:
+def test_a_file_with_odd_values_becomes_yaml_or_is_refused(path: Path, world: CheckWorld) -> None:
     root = parse_xml(path.read_bytes())
     odd_values = cycle(ODD_VALUES)
     seen = Counter[tuple[str, str]]()

@@ -9,7 +9,7 @@ import yaml
 
 from formiga_bt.bridges.btcpp_in import import_btcpp
 from formiga_bt.cli.app import run
-from formiga_bt.cli.inputs import World
+from formiga_bt.cli.inputs import CheckWorld
 from formiga_bt.lang.loader import load_task_text
 
 HEAD = '<root BTCPP_format="4">'
@@ -147,7 +147,7 @@ def test_what_needs_a_variable_is_an_error_in_a_subtree(tree: str) -> None:
     assert "fail" in with_steps[0]["sequence"][0]
 
 
-def test_these_nodes_check_but_for_the_catalogue(world: World) -> None:
+def test_these_nodes_check_but_for_the_catalogue(world: CheckWorld) -> None:
     done = imported(
         '<RecoveryNode number_of_retries="3"><Inverter><A/></Inverter><RoundRobin><B/><C/></RoundRobin></RecoveryNode>'
     )

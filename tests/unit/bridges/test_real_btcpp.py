@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from formiga_bt.bridges.btcpp_out import export_btcpp
-from formiga_bt.cli.inputs import World, find_tasks, read_task
+from formiga_bt.cli.inputs import CheckWorld, find_tasks, read_task
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.lang.loader import load_task_text
 from tests.property.strategies import task_text
 from tests.property.world import CARTS, Deed, Event, yard
-from tests.property.world import World as Yard
+from tests.property.world import CheckWorld as Yard
 from tests.unit.bridges.conftest import ROOT
 from tests.unit.bridges.real import load
 
@@ -31,7 +31,7 @@ def real_btcpp() -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_btcpp_loads_what_is_exported(path: Path, world: World) -> None:
+def test_btcpp_loads_what_is_exported(path: Path, world: CheckWorld) -> None:
     read = read_task(path, world)
     assert read.task is not None
     tree, _factory = load(export_btcpp(read.task, world.catalogue, read.sources).xml, lambda _tag, _name: True)

@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.bridges.btcpp_in import import_btcpp
 from formiga_bt.bridges.btcpp_out import export_btcpp
-from formiga_bt.cli.inputs import World, find_tasks, read_task
+from formiga_bt.cli.inputs import CheckWorld, find_tasks, read_task
 from formiga_bt.lang.kinds import KINDS
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
@@ -31,7 +31,7 @@ def there_and_back(task: Task, catalogue: Catalogue, sources: dict[str, str]) ->
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_task_comes_back_as_it_was(path: Path, world: World) -> None:
+def test_a_task_comes_back_as_it_was(path: Path, world: CheckWorld) -> None:
     read = read_task(path, world)
     assert read.task is not None
     text, found = there_and_back(read.task, world.catalogue, dict(read.sources))
@@ -42,7 +42,7 @@ def test_a_task_comes_back_as_it_was(path: Path, world: World) -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_what_is_imported_is_in_canonical_style(path: Path, world: World) -> None:
+def test_what_is_imported_is_in_canonical_style(path: Path, world: CheckWorld) -> None:
     read = read_task(path, world)
     assert read.task is not None
     text, _ = there_and_back(read.task, world.catalogue, dict(read.sources))
@@ -70,7 +70,7 @@ def test_random_trees_come_back_as_they_were() -> None:
     assert compared > 30
 
 
-def test_scripts_that_were_edited_win_over_what_they_were_made_from(world: World) -> None:
+def test_scripts_that_were_edited_win_over_what_they_were_made_from(world: CheckWorld) -> None:
     read = read_task(ROOT / "trees" / "move_task.yaml", world)
     assert read.task is not None
     xml = export_btcpp(read.task, world.catalogue, read.sources).xml
@@ -80,7 +80,7 @@ def test_scripts_that_were_edited_win_over_what_they_were_made_from(world: World
     assert "when: not (drone.airborne or drone.battery < 20)" in text
 
 
-def test_a_file_whose_notes_were_dropped_still_is_read(world: World) -> None:
+def test_a_file_whose_notes_were_dropped_still_is_read(world: CheckWorld) -> None:
     read = read_task(ROOT / "trees" / "watch_dog_request.yaml", world)
     assert read.task is not None
     xml = export_btcpp(read.task, world.catalogue, read.sources).xml

@@ -15,7 +15,7 @@ from formiga_bt.rehearsal.cases.codes import is_code, read_code, written_code
 from formiga_bt.rehearsal.cases.coverage import Coverage
 from formiga_bt.rehearsal.cases.judging import diff, fits, judge
 from formiga_bt.rehearsal.cases.reading import load_cases
-from formiga_bt.rehearsal.cases.running import Came, Sent, play
+from formiga_bt.rehearsal.cases.running import Came, SentGoal, play
 from formiga_bt.rehearsal.testing import packaged_world
 
 CATALOGUE = packaged_world()[1]
@@ -198,8 +198,8 @@ class TestWhatDiffers:
         assert differs != []
 
 
-def goals(*names: str) -> list[Sent]:
-    return [Sent("hwd_1", *name.split("."), Mark("t.yaml", i + 1, 1)) for i, name in enumerate(names)]
+def goals(*names: str) -> list[SentGoal]:
+    return [SentGoal("hwd_1", *name.split("."), Mark("t.yaml", i + 1, 1)) for i, name in enumerate(names)]
 
 
 class TestActions:

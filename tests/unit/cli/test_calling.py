@@ -7,7 +7,7 @@ import pytest
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.cli.author.show_out import title_of
 from formiga_bt.cli.operator import agents, inbox, tasks, why
-from formiga_bt.show.facts import Drawing, Spot, TaskFact, TaskPicture
+from formiga_bt.show.facts import Drawing, FileSpot, TaskFact, TaskPicture
 
 
 def test_an_empty_id_is_told_as_one() -> None:
@@ -16,7 +16,7 @@ def test_an_empty_id_is_told_as_one() -> None:
 
 
 def test_a_task_that_is_held_is_headed_so_until_it_is_over() -> None:
-    drawing = Drawing(task="PickUp", spot=Spot("", 0, 0))
+    drawing = Drawing(task="PickUp", spot=FileSpot("", 0, 0))
 
     def head(status: str) -> str:
         ended = 9 if status == "FAILED" else None

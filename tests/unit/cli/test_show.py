@@ -12,12 +12,12 @@ from msgspec.structs import replace
 from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.show_live import PERIOD_S, follow, window
-from formiga_bt.cli.author.show_out import Canvas
+from formiga_bt.cli.author.show_out import DrawingOptions
 from formiga_bt.cli.calling import NoEngine
 from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.show.facts import Now, StepFact, TaskFact, TaskPicture, Top
 from formiga_bt.show.tree.drawing import drawing_of
-from formiga_bt.show.tree.terminal import Line, Piece
+from formiga_bt.show.tree.terminal import DrawnLine, LinePiece
 
 TEXT = """formiga: 1
 task: Look
@@ -179,9 +179,9 @@ def test_the_page_of_a_running_task_has_the_source_if_the_file_here_says_the_sam
     assert "href" not in (tmp_path / "b.html").read_text(encoding="utf-8")
 
 
-def canvas(**options: Any) -> Canvas:
+def canvas(**options: Any) -> DrawingOptions:
     given = {"form": "", "out": None, "depth": None, "collapse": (), "ascii_only": True, "width": 50, "colour": False}
-    return Canvas(**{**given, **options})
+    return DrawingOptions(**{**given, **options})
 
 
 def followed(file: Path, in_place: bool) -> tuple[str, list[float]]:
@@ -227,7 +227,7 @@ def test_live_writes_a_file_anew(file: Path, tmp_path: Path) -> None:
     ],
 )
 def test_a_tree_longer_than_the_terminal_shows_where_it_runs(running: int, shown: list[str]) -> None:
-    lines = [Line((Piece(str(n), "running" if n == running else "plain"),)) for n in range(20)]
+    lines = [DrawnLine((LinePiece(str(n), "running" if n == running else "plain"),)) for n in range(20)]
     assert [line.plain() for line in window(lines, 8)] == shown
     assert window(lines, 20) == lines
 

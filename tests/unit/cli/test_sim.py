@@ -139,7 +139,7 @@ class Dying:
 def test_a_scenario_goes_on_with_the_next_engine_and_asks_once(dies: str) -> None:
     engine, told = Dying(dies, "before list"), list[str]()
     api = sim_live.Api(lambda: engine, told.append, "tcp/here:1")  # type: ignore[arg-type, return-value]
-    requests = sim_live.Requests(api, told.append)
+    requests = sim_live.LiveRequests(api, told.append)
     requests.ask(ScenarioTask(0, "Hover", {}, "medium"))
     requests.ask(ScenarioOrder(0, "hold"))
     assert not requests.are_over
@@ -176,7 +176,7 @@ def test_a_task_that_the_next_engine_does_not_know_has_failed() -> None:
 
     told = list[str]()
     api = sim_live.Api(Forgetful, told.append)  # type: ignore[arg-type]
-    requests = sim_live.Requests(api, told.append)
+    requests = sim_live.LiveRequests(api, told.append)
     requests.ask(ScenarioTask(0, "Hover", {}, "medium"))
     requests.look()
     assert requests.are_over

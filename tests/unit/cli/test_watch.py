@@ -9,9 +9,9 @@ import pytest
 from formiga_bt.cli.app import run
 from formiga_bt.cli.calling import ApiError, NoEngine
 from formiga_bt.cli.operator import watch as module
-from formiga_bt.show.watch.orders import Order, Reply
+from formiga_bt.show.watch.orders import WatchOrder, WatchReply
 
-PLACE = module.Place(None, "", None)
+PLACE = module.EngineOptions(None, "", None)
 
 
 class Paper:
@@ -28,13 +28,13 @@ class Paper:
         return self.reply
 
 
-def order(verb: str, kind: str = "agent", target: str = "hwd_1", **more: str) -> Order:
-    return Order(verb=verb, kind=kind, target=target, **more)  # type: ignore[arg-type]
+def order(verb: str, kind: str = "agent", target: str = "hwd_1", **more: str) -> WatchOrder:
+    return WatchOrder(verb=verb, kind=kind, target=target, **more)  # type: ignore[arg-type]
 
 
-def sent(monkeypatch: pytest.MonkeyPatch, given: Order, reply: Any) -> Reply:
+def sent(monkeypatch: pytest.MonkeyPatch, given: WatchOrder, reply: Any) -> WatchReply:
     monkeypatch.setattr(module, "connect", lambda *_: Paper(reply))
-    return module.Orders(PLACE, "eve").send(given)
+    return module.RemoteOrders(PLACE, "eve").send(given)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def sent(monkeypatch: pytest.MonkeyPatch, given: Order, reply: Any) -> Reply:
         (order("answer", "question", "Q7", how="no", by="bob"), "/v1/inbox/Q7/answer", {"option": "no", "by": "bob"}),
     ],
 )
-def test_the_call_of_each_order(given: Order, path: str, body: dict[str, Any]) -> None:
+def test_the_call_of_each_order(given: WatchOrder, path: str, body: dict[str, Any]) -> None:
     assert module.call_of(given, "eve") == (path, body)
 
 
@@ -67,7 +67,7 @@ def test_a_reply_says_who_got_it_and_what_comes_next(monkeypatch: pytest.MonkeyP
         "text": "hold is ordered for 1 machine", "ordered": [{"who": "hwd_1", "text": "hwd_1 hovers"}],
         "skipped": [], "next": ["formiga continue PickUp-3", "formiga abort PickUp-3"],
     }  # fmt: skip
-    assert sent(monkeypatch, order("hold"), said) == Reply(
+    assert sent(monkeypatch, order("hold"), said) == WatchReply(
         "hold is ordered for 1 machine\n  hwd_1 hovers\n"
         "next: formiga continue PickUp-3    or: formiga abort PickUp-3"
     )  # fmt: skip
@@ -82,7 +82,7 @@ def test_a_machine_in_the_air_that_did_not_get_it_is_no_good_reply(monkeypatch: 
 
 def test_a_refusal_is_a_reply_and_silence_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     refused = sent(monkeypatch, order("clear"), ApiError("not_quarantined", "hwd_1 is not quarantined", "", 409))
-    assert refused == Reply("REFUSED: hwd_1 is not quarantined", good=False)
+    assert refused == WatchReply("REFUSED: hwd_1 is not quarantined", good=False)
     assert sent(monkeypatch, order("clear"), {"text": "hwd_1 is asked what it still does"}).good
     with pytest.raises(NoEngine):
         sent(monkeypatch, order("hold"), NoEngine("it does not answer"))
@@ -99,7 +99,7 @@ def test_an_engine_that_went_away_is_looked_for_anew(monkeypatch: pytest.MonkeyP
 
     found = [Gone(), Back()]
     monkeypatch.setattr("formiga_bt.cli.remote.connect_source", lambda *_: found.pop(0))
-    engine = module.Engine(PLACE)
+    engine = module.HttpSource(PLACE)
     with pytest.raises(NoEngine):
         engine.now()
     assert [engine.now(), engine.now()] == ["now", "now"]

@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Input, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, Input
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalRequest, TransportEvent
@@ -39,7 +39,7 @@ class WatchedEngine(Engine):
         self.inputs: list[tuple[Micros, Input]] = []
         self.before: Callable[[Input], None] = lambda given: None
 
-    def handle(self, now: Micros, given: Input) -> Step:
+    def handle(self, now: Micros, given: Input) -> EngineStep:
         self.before(given)
         self.inputs.append((now, given))
         return super().handle(now, given)

@@ -35,7 +35,7 @@ class Flight:
         self.flight = Rehearsal(site, catalogue, [packaged_task("move_task")], fleet_of(site, catalogue))
         self.flight.run_for(1)
         self.failpoint = Failpoint(point, at, die)
-        self.kept: list[inp.Step] = []
+        self.kept: list[inp.EngineStep] = []
         self.left: list[str] = []
         self.name, self._wire = "noted", self.flight.hub.transport
         driver = self.flight.driver
@@ -43,7 +43,7 @@ class Flight:
         wire = self.failpoint.wire(self)  # type: ignore[arg-type]
         driver.switchboard._of = dict.fromkeys(driver.switchboard._of, wire)
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         self.kept += steps
         return DURABLE
 
@@ -97,10 +97,10 @@ class Parts:
     def __init__(self) -> None:
         self.done: list[str] = []
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         raise AssertionError("it is kept in parts")
 
-    def start(self, steps: Sequence[inp.Step]) -> bool:
+    def start(self, steps: Sequence[inp.EngineStep]) -> bool:
         self.done.append("start")
         return True
 
@@ -118,11 +118,11 @@ def test_what_is_kept_in_parts_has_the_same_points(point: str, done: list[str]) 
     failing = Failpoint(point, 1, die).persist(parts, EngineState)
     assert isinstance(failing, PersistAhead)
     with pytest.raises(Died):
-        keep_in_parts(failing, inp.Step(1, 0, inp.TimerDue(TurnDue()), (), (order,)))
+        keep_in_parts(failing, inp.EngineStep(1, 0, inp.TimerDue(TurnDue()), (), (order,)))
     assert parts.done == done
 
 
-def keep_in_parts(persist: PersistAhead, step: inp.Step) -> None:
+def keep_in_parts(persist: PersistAhead, step: inp.EngineStep) -> None:
     persist.start([step])
     persist.commit()
     persist.finish()

@@ -25,20 +25,20 @@ class Disk:
     """Keeps steps; may be held shut, full, or broken."""
 
     def __init__(self) -> None:
-        self.batches: list[list[inp.Step]] = []
+        self.batches: list[list[inp.EngineStep]] = []
         self.open = threading.Event()
         self.open.set()
         self.full = False
         self.told = "ok"
         self.error: Exception | None = None
 
-    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+    def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         self.open.wait(5.0)
         if self.error is not None:
             raise self.error
         return self.take(steps)
 
-    def take(self, steps: Sequence[inp.Step]) -> Outcome:
+    def take(self, steps: Sequence[inp.EngineStep]) -> Outcome:
         self.batches.append(list(steps))
         now = "full" if self.full else "ok"
         news = inp.JournalState(now, "no room" if self.full else "") if now != self.told else None
@@ -46,7 +46,7 @@ class Disk:
         return Outcome(not self.full, news)
 
     @property
-    def steps(self) -> list[inp.Step]:
+    def steps(self) -> list[inp.EngineStep]:
         return [step for batch in self.batches for step in batch]
 
 
@@ -106,7 +106,7 @@ def test_steps_that_come_together_are_one_batch(driver: RealtimeDriver, disk: Di
 class SlowDisk(Disk):
     """A disk that is waited for in another thread."""
 
-    def start(self, steps: Sequence[inp.Step]) -> bool:
+    def start(self, steps: Sequence[inp.EngineStep]) -> bool:
         self.started = list(steps)
         return True
 
@@ -184,7 +184,7 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
 ) -> None:
     alarms: list[inp.Effect] = []
     driver.listeners.append(
-        lambda step: alarms.extend(e for e in step.effects if isinstance(e, inp.Alarm | inp.Notify))
+        lambda step: alarms.extend(e for e in step.effects if isinstance(e, inp.Alarm | inp.NotifyPeople))
     )
     assert driver.ask(MOVE) == Accepted("MoveTask-1")
     until(lambda: wire.goals)
@@ -207,7 +207,7 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
     until(lambda: engine.state.counters["journal"] == 0)
     assert driver.ask(MOVE) == Accepted("MoveTask-3")
     until(lambda: len(alarms) == 2)
-    assert alarms[1] == inp.Notify("the journal keeps everything again", (), "info")
+    assert alarms[1] == inp.NotifyPeople("the journal keeps everything again", (), "info")
 
 
 def test_what_lets_more_begin_is_answered_only_when_it_is_kept(driver: RealtimeDriver, disk: Disk) -> None:
@@ -293,10 +293,10 @@ def test_steps_before_a_bug_are_kept(driver: RealtimeDriver, engine: WatchedEngi
 
 @pytest.mark.parametrize("state", ["slow", "full"])
 def test_how_the_journal_stands_is_told_once(engine: WatchedEngine, state: str) -> None:
-    give: Callable[..., inp.Step] = lambda s, at: engine.handle(at, inp.JournalState(s, "why"))  # noqa: E731
+    give: Callable[..., inp.EngineStep] = lambda s, at: engine.handle(at, inp.JournalState(s, "why"))  # noqa: E731
     assert [effect.code for effect in give(state, 1).effects if isinstance(effect, inp.Alarm)] == [f"journal_{state}"]
     assert give(state, 2).effects == ()
-    assert [type(effect) for effect in give("ok", 3).effects] == [inp.Notify]
+    assert [type(effect) for effect in give("ok", 3).effects] == [inp.NotifyPeople]
     assert give("ok", 4).changes == ()
 
 

@@ -168,13 +168,13 @@ def test_steps_are_persisted_before_their_effects_leave_and_told_after(
 ) -> None:
     told: list[tuple[str, int, bool, int]] = []
 
-    def note(word: str) -> Callable[[inp.Step], None]:
+    def note(word: str) -> Callable[[inp.EngineStep], None]:
         return lambda step: told.append(
             (word, step.seq, any(isinstance(e, inp.SendGoal) for e in step.effects), len(wire.goals))
         )
 
     class Keeps:
-        def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+        def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
             for step in steps:
                 note("persist")(step)
             return DURABLE
@@ -410,7 +410,7 @@ def test_a_goal_that_was_to_leave_before_a_standstill_is_looked_at_again(
     class Slow:
         sent = 0
 
-        def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+        def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
             if not self.sent and any(isinstance(e, inp.SendGoal) for step in steps for e in step.effects):
                 self.sent += 1
                 driver.stand_still(25.0)  # a commit that takes as long

@@ -97,10 +97,10 @@ def test_a_send_that_fails_comes_back_as_an_input_a_moment_later(
     assert failed is not None
     original = engine.handle
 
-    def handle(now: int, given: inp.Input) -> inp.Step:
+    def handle(now: int, given: inp.Input) -> inp.EngineStep:
         step = original(now, given)
         if isinstance(given, inp.AgentGoneInput):
-            return inp.Step(step.seq, now, given, step.changes, (inp.QueryGoal("nobody"),), "")
+            return inp.EngineStep(step.seq, now, given, step.changes, (inp.QueryGoal("nobody"),), "")
         return step
 
     engine.handle = handle  # type: ignore[method-assign]

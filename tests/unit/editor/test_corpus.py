@@ -11,7 +11,7 @@ from formiga_bt.editor.checks import check
 from formiga_bt.editor.complete import complete
 from formiga_bt.editor.hover import hover, signatures
 from formiga_bt.editor.project import Document, Project, lines_of
-from formiga_bt.editor.where import Where, where
+from formiga_bt.editor.where import EditorPosition, where
 from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
 ERRORS = sorted((Path(__file__).parents[2] / "lang_errors").glob("*.yaml"))
@@ -33,7 +33,7 @@ def scalars(node: Node, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str,
             yield from scalars(entry.value, (*path, entry.key.text))
 
 
-def around(found: Where) -> tuple[str, ...]:
+def around(found: EditorPosition) -> tuple[str, ...]:
     return tuple(
         "-" if level.kind == "list" else level.under for level in found.levels if level.kind == "list" or level.under
     )

@@ -97,7 +97,7 @@ def test_what_others_define_is_found_in_their_files(old: str, new: str, file: st
     assert found.path.read_text(encoding="utf-8").splitlines()[found.line].startswith(text)
 
 
-def words(editor: Editor, places: list[navigate.Place]) -> list[str]:
+def words(editor: Editor, places: list[navigate.LineColumns]) -> list[str]:
     return [editor.document.lines[at.line].strip() for at in places]
 
 
@@ -216,4 +216,4 @@ def test_a_requested_task_is_explained_and_found(tmp_path: Path) -> None:
 
     assert told is not None
     assert told.text == "**Look**: task of look.yaml\n- `n`: int"
-    assert place == navigate.Place(look, 1, 6, 10)
+    assert place == navigate.LineColumns(look, 1, 6, 10)

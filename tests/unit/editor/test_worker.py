@@ -11,23 +11,23 @@ from formiga_bt.base.packaged import folder
 from formiga_bt.editor import worker
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.project import Document, Project
-from formiga_bt.editor.worker import Checker, Job, Report
+from formiga_bt.editor.worker import CheckerProcess, CheckJob, Report
 from tests.unit.editor.conftest import TASK
 
 BIG = "formiga: 1\ntask: Big\nagents:\n  drone: {type: hwd}\nsteps:\n" + "  - check: drone.battery > 10 %\n" * 6000
 
 
 @pytest.fixture
-def checker() -> Iterator[Checker]:
-    made = Checker()
+def checker() -> Iterator[CheckerProcess]:
+    made = CheckerProcess()
     yield made
     made.stop()
 
 
-def job(file: Path, text: str, version: int = 1, **others: str) -> Job:
+def job(file: Path, text: str, version: int = 1, **others: str) -> CheckJob:
     project = Project(site=folder("trees") / "demo-site.yaml")
     texts = {file: (version, text), **{file.parent / name: (1, one) for name, one in others.items()}}
-    return Job(tuple(project.actions), project.site, None, file, texts)
+    return CheckJob(tuple(project.actions), project.site, None, file, texts)
 
 
 def found(report: Report | None) -> list[tuple[str, int]]:
@@ -35,7 +35,7 @@ def found(report: Report | None) -> list[tuple[str, int]]:
     return [(one.code, one.mark.line) for one in report.diagnostics]
 
 
-def test_it_reports_what_a_check_here_finds_and_what_was_visible(checker: Checker, tmp_path: Path) -> None:
+def test_it_reports_what_a_check_here_finds_and_what_was_visible(checker: CheckerProcess, tmp_path: Path) -> None:
     text = TASK.replace("drone.id", "drone.ident")
     asked = job(tmp_path / "look.yaml", text)
     project = Project(asked.actions, asked.site)
@@ -57,7 +57,7 @@ def test_it_reports_what_a_check_here_finds_and_what_was_visible(checker: Checke
         assert set(mine.agent_types) == set(other.agent_types)
 
 
-def test_files_that_are_open_count_as_they_are_typed(checker: Checker, tmp_path: Path) -> None:
+def test_files_that_are_open_count_as_they_are_typed(checker: CheckerProcess, tmp_path: Path) -> None:
     text = "formiga: 1\ntask: T\nimports: [own.yaml]\nsteps: [{call: Own}]\n"
     own = "formiga: 1\nsubtrees: {Own: {steps: [{wait: WAIT}]}}\n"
     (tmp_path / "own.yaml").write_text(own, encoding="utf-8")
@@ -68,7 +68,7 @@ def test_files_that_are_open_count_as_they_are_typed(checker: Checker, tmp_path:
 
 
 def test_a_newer_text_ends_the_check_of_the_last_one_and_the_next_check_is_made(
-    checker: Checker, tmp_path: Path
+    checker: CheckerProcess, tmp_path: Path
 ) -> None:
     checker.warm_up()
     reports: list[Report | None] = []
@@ -86,8 +86,8 @@ def test_a_newer_text_ends_the_check_of_the_last_one_and_the_next_check_is_made(
     assert found(checker.check(job(tmp_path / "t.yaml", "formiga: 1\ntask: T\nsteps: [{wait: 1 s}]\n"))) == []
 
 
-def test_a_check_that_goes_wrong_is_told_and_the_process_goes_on(checker: Checker, tmp_path: Path) -> None:
-    bad = Job((), None, None, tmp_path / "nowhere.yaml", {})
+def test_a_check_that_goes_wrong_is_told_and_the_process_goes_on(checker: CheckerProcess, tmp_path: Path) -> None:
+    bad = CheckJob((), None, None, tmp_path / "nowhere.yaml", {})
     with pytest.raises(RuntimeError, match="KeyError"):
         checker.check(bad)
     process = checker._process
@@ -96,7 +96,7 @@ def test_a_check_that_goes_wrong_is_told_and_the_process_goes_on(checker: Checke
 
 
 def test_a_process_that_ended_by_itself_is_told_and_replaced(
-    checker: Checker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    checker: CheckerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     good = job(tmp_path / "t.yaml", "formiga: 1\ntask: T\nsteps: [{wait: 1 s}]\n")
     with monkeypatch.context() as patch:

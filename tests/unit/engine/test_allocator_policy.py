@@ -16,7 +16,7 @@ from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import hopeless
 from formiga_bt.engine.allocator.policy import closest, closest_charged
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.kernel.records import Request, RoleRequest
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest
 
 
 def drone(name: str, east_m: float, **fields: Any) -> Candidate:
@@ -33,8 +33,8 @@ def role(**fields: Any) -> RoleRequest:
     return RoleRequest(**(values | fields))
 
 
-def request(task: str, *roles: RoleRequest, order: int = 1, **fields: Any) -> Request:
-    return Request(holder=task, priority="medium", order=order, at=0, roles=roles or (role(),), **fields)
+def request(task: str, *roles: RoleRequest, order: int = 1, **fields: Any) -> AgentRequest:
+    return AgentRequest(holder=task, priority="medium", order=order, at=0, roles=roles or (role(),), **fields)
 
 
 def test_a_team_gets_the_assignment_of_least_total_distance() -> None:

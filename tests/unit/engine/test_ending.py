@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.base.errors import TaskError
-from formiga_bt.engine.kernel.inputs import Notify, Operator, PublishState
+from formiga_bt.engine.kernel.inputs import NotifyPeople, Operator, PublishState
 from formiga_bt.rehearsal.testing import alarms, effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
@@ -35,7 +35,7 @@ def settle(yard: Yard, action: str, how: str = "succeed") -> None:
 
 
 def notes(yard: Yard) -> list[str]:
-    return [notice.text for notice in effects(yard, Notify)]
+    return [notice.text for notice in effects(yard, NotifyPeople)]
 
 
 def test_success_goes_through_finally_and_needs_no_recover_on_the_ground(make: Make) -> None:

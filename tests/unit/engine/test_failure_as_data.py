@@ -1,6 +1,6 @@
 """What failed and what is known is data: `error`, `abort.reason`, saved names in the sections, what a subtree returns."""
 
-from formiga_bt.engine.kernel.inputs import Notify
+from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.yard import CART, Yard
 
@@ -19,7 +19,7 @@ finally:
 
 
 def told(bench: Yard) -> list[str]:
-    return [notice.text for notice in effects(bench, Notify)]
+    return [notice.text for notice in effects(bench, NotifyPeople)]
 
 
 def settle(bench: Yard, how: str = "succeed", **more: object) -> None:

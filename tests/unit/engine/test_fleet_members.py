@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import AgentSeenInput, Step
+from formiga_bt.engine.kernel.inputs import AgentSeenInput, EngineStep
 from formiga_bt.engine.kernel.state import board_of, load_snapshot, members_key, snapshot
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.lang.loader import load_catalogue, load_task_text
@@ -37,7 +37,7 @@ def flown() -> Rehearsal:
     return Rehearsal(site, catalogue, [loaded.task], fleet)
 
 
-def join(flown: Rehearsal, agent: str, kind: str = "picker") -> Step:
+def join(flown: Rehearsal, agent: str, kind: str = "picker") -> EngineStep:
     card = AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=("Confirm",), human=True)
     flown.driver.feed(AgentSeenInput(card))
     return flown.steps[-1]

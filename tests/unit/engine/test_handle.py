@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Abort, GoalEventInput, SendGoal, Started, Step, Submit, TimerDue
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, GoalEventInput, SendGoal, Started, Submit, TimerDue
 from formiga_bt.engine.kernel.replies import Done, Refusal
 from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import AllocationDue, TaskDue, Timer, TurnDue
@@ -80,7 +80,7 @@ def test_steps_are_data_that_survive_a_journal(make: Make) -> None:
     bench.cart.succeed({"n": 2})
     bench.end(one)
 
-    kept = [msgspec.json.decode(msgspec.json.encode(step), type=Step) for step in bench.steps]
+    kept = [msgspec.json.decode(msgspec.json.encode(step), type=EngineStep) for step in bench.steps]
 
     assert snapshot(folded(kept)) == snapshot(bench.engine.state)
 

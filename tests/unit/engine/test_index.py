@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.index import SPARE, DeadlineHeap, Index, Instants
+from formiga_bt.engine.kernel.index import SPARE, DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.records import BUSY, Deadline
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import OrderDue
@@ -45,7 +45,7 @@ def test_indexes_agree_with_the_state_at_every_step() -> None:
         world = World(mission.tasks(), mission.deeds, mission.events, watch=look)
         world.run()
         assert steps > 5
-        anew = Index(world.engine.state)
+        anew = StateIndex(world.engine.state)
         for agent in world.engine.state.agents:
             assert anew.goals_of(agent) == world.engine.core.index.goals_of(agent)
         assert set(anew.ended) == set(world.engine.core.index.ended)

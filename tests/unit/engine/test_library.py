@@ -6,7 +6,7 @@ import pytest
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Approve, Operator, Serve, Step, Submit
+from formiga_bt.engine.kernel.inputs import Approve, EngineStep, Operator, Serve, Submit
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import Version
 from formiga_bt.engine.kernel.replies import Accepted, Done
@@ -149,7 +149,7 @@ def test_state_and_trees_come_back_from_a_snapshot_and_steps_fold_to_the_same_by
     shot = snapshot(yard.engine.state)
 
     journal = msgspec.json.encode(yard.steps)
-    assert snapshot(folded(msgspec.json.decode(journal, type=list[Step]))) == shot
+    assert snapshot(folded(msgspec.json.decode(journal, type=list[EngineStep]))) == shot
     again = Engine(*yards.yard(), Bundles([task(TWO), task(ONE)]), state=load_snapshot(shot))
     assert snapshot(again.state) == shot
     assert again.statuses(old) == yard.engine.statuses(old) != {}

@@ -1,14 +1,14 @@
 """The engine comes late: an alarm once, and no machine is to blame for it."""
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.engine.kernel.inputs import Alarm, Behind, Notify, Step
+from formiga_bt.engine.kernel.inputs import Alarm, Behind, EngineStep, NotifyPeople
 from formiga_bt.engine.kernel.overload import lag_since
 from tests.unit.engine.conftest import Make
 
 WAITS = "steps:\n  - wait: 1 h\n"
 
 
-def codes(step: Step) -> list[str]:
+def codes(step: EngineStep) -> list[str]:
     return [effect.code for effect in step.effects if isinstance(effect, Alarm)]
 
 
@@ -23,7 +23,7 @@ def test_that_it_comes_late_is_an_alarm_once_and_ends_when_it_has_caught_up(make
     assert lag_since(yard.engine.state, yard.now) is None
     yard.run_for(5)
     ended = feed(Behind(0, 8 * SECOND))
-    assert [e.severity for e in ended.effects if isinstance(e, Notify)] == ["info"]
+    assert [e.severity for e in ended.effects if isinstance(e, NotifyPeople)] == ["info"]
     assert feed(Behind(0, 8 * SECOND)).effects == ()
 
 

@@ -12,9 +12,9 @@ from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.services.replies.shown import task_out
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.records import task_fact
-from formiga_bt.show.history.urgency import Index
+from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.why.running import running
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import Yard
 
@@ -107,8 +107,8 @@ def test_people_see_that_a_task_is_throttled(make: Make) -> None:
     task = yard.start()
     yard.run_for(3)
     state, record = yard.engine.state, yard.engine.state.tasks[task]
-    scene = Scene(state, yard.now, {record.name: yard.engine.core.model(record)})
+    scene = WhyScene(state, yard.now, {record.name: yard.engine.core.model(record)})
 
     assert "throttled" in [one.code for one in running(scene, record)]
-    assert task_fact(Index(Ledger(state=state), yard.now), record).throttled_since is not None
+    assert task_fact(UrgencyIndex(Ledger(state=state), yard.now), record).throttled_since is not None
     assert task_out(state, record, yard.now).throttled

@@ -1,6 +1,6 @@
 """Questions (execution: people): one queue per person, tiers, policies, late answers, people who come and go."""
 
-from formiga_bt.engine.kernel.inputs import CancelGoal, Notify, SendGoal
+from formiga_bt.engine.kernel.inputs import CancelGoal, NotifyPeople, SendGoal
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.conftest import Make
@@ -16,7 +16,7 @@ def shown(yard: Yard, person: str) -> list[str]:
 
 
 def notes(yard: Yard, to: str = "") -> list[str]:
-    return [n.text for n in effects(yard, Notify) if not to or n.to == (to,)]
+    return [n.text for n in effects(yard, NotifyPeople) if not to or n.to == (to,)]
 
 
 def test_a_person_sees_one_question_at_a_time_by_priority_then_time(make: Make) -> None:

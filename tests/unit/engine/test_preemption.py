@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator import preemption
-from formiga_bt.engine.kernel.inputs import LockdownOrder, Notify, Operator, PublishState
+from formiga_bt.engine.kernel.inputs import LockdownOrder, NotifyPeople, Operator, PublishState
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import effects
@@ -73,7 +73,7 @@ class TestATaskStepsAside:
 
         yard.start("Sos")
 
-        assert [notice.text for notice in effects(yard, Notify)] == ["on_abort preempted", "tidy"]
+        assert [notice.text for notice in effects(yard, NotifyPeople)] == ["on_abort preempted", "tidy"]
         assert yard.cart.goal.goal_id == f"{mine}/1/finally/finally[1]"
         step(yard, "Move")
         step(yard, "Home")

@@ -8,7 +8,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.policy import closest
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.kernel.records import Request, RoleRequest
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest
 from tests.unit.engine.test_allocator_policy import drone, request, role
 
 
@@ -26,7 +26,7 @@ def fleet(draw: random.Random, count: int) -> list[Candidate]:
     ]
 
 
-def wishes(draw: random.Random, count: int) -> list[Request]:
+def wishes(draw: random.Random, count: int) -> list[AgentRequest]:
     """Return requests of one or two roles, some for one very machine."""
 
     def wish(name: str) -> RoleRequest:

@@ -5,7 +5,7 @@ from itertools import pairwise
 import msgspec
 import pytest
 
-from formiga_bt.engine.kernel.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
+from formiga_bt.engine.kernel.inputs import CancelGoal, GoalEventInput, NotifyPeople, PublishState, SendGoal
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.nodes.ends import GoalEnd
 from formiga_bt.rehearsal.testing import effects
@@ -25,7 +25,7 @@ def run(make: Make, steps: str, *ends: str) -> tuple[Yard, str]:
 
 
 def notes(yard: Yard) -> list[str]:
-    return [notice.text for notice in effects(yard, Notify)]
+    return [notice.text for notice in effects(yard, NotifyPeople)]
 
 
 def test_a_sequence_runs_its_steps_in_order(make: Make) -> None:

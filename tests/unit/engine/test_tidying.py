@@ -1,7 +1,7 @@
 """The `finally` of a stopped sequence: what skips it, where its failure is told, what a restart finds of it."""
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Notify
+from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.yard import CART, Yard, yard
@@ -31,7 +31,7 @@ def confirm(bench: Yard) -> None:
 
 
 def told(bench: Yard) -> list[str]:
-    return [notice.text for notice in effects(bench, Notify)]
+    return [notice.text for notice in effects(bench, NotifyPeople)]
 
 
 def settle(bench: Yard, how: str = "succeed") -> None:

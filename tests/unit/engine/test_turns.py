@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.kernel.inputs import Abort, AgentStatusInput, PublishState, Step, TimerDue
+from formiga_bt.engine.kernel.inputs import Abort, AgentStatusInput, EngineStep, PublishState, TimerDue
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import TurnDue
@@ -32,7 +32,7 @@ def report(yard: Yard, battery: float) -> AgentStatusInput:
     return AgentStatusInput(status, now)
 
 
-def ended(step: Step) -> list[str]:
+def ended(step: EngineStep) -> list[str]:
     """Return the tasks that ended in a step."""
     return [e.task for e in step.effects if isinstance(e, PublishState) and e.status == "SUCCEEDED"]
 

@@ -9,7 +9,7 @@ from experiments.e2_llm.fly import world_of
 from experiments.e2_llm.records import Whose
 from experiments.e2_llm.requests import requests
 from experiments.e2_llm.run import run_of
-from formiga_bt.llm.records import Message, Reply, Usage
+from formiga_bt.llm.records import Message, ModelReply, Usage
 
 WORLD = world_of()
 
@@ -21,9 +21,11 @@ class Says:
         self.answer = answer
         self.messages: list[list[Message]] = []
 
-    def complete(self, messages: list[Message], schema: Any, **_options: Any) -> Reply:
+    def complete(self, messages: list[Message], schema: Any, **_options: Any) -> ModelReply:
         self.messages.append(list(messages))
-        return Reply(text=json.dumps(self.answer), data=self.answer, usage=Usage(prompt=9, completion=7), seconds=0.5)
+        return ModelReply(
+            text=json.dumps(self.answer), data=self.answer, usage=Usage(prompt=9, completion=7), seconds=0.5
+        )
 
     def close(self) -> None:
         pass

@@ -15,7 +15,7 @@ from experiments.e2_llm.paper_form.runs import judged_program, run_of_program
 from experiments.e2_llm.records import Whose, read
 from experiments.e2_llm.requests import Request, requests
 from experiments.e2_llm.run import experiment, main
-from formiga_bt.llm.records import Message, Reply, Usage
+from formiga_bt.llm.records import Message, ModelReply, Usage
 
 WORLD = world_of()
 UP = 'name, kind = select_robot(None, [], ["lwd"])\nclient = action_client(kind, name, "TakeOff", True, task)\n'
@@ -232,8 +232,8 @@ class Model:
     def __init__(self, text: str, finish: str = "stop") -> None:
         self.text, self.finish = text, finish
 
-    def complete(self, messages: object, schema: object, **_: object) -> Reply:
-        return Reply(text=self.text, finish=self.finish, usage=Usage(100, 0, 50), seconds=2.0)
+    def complete(self, messages: object, schema: object, **_: object) -> ModelReply:
+        return ModelReply(text=self.text, finish=self.finish, usage=Usage(100, 0, 50), seconds=2.0)
 
     def close(self) -> None:
         """Nothing is open."""

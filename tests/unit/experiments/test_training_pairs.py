@@ -45,7 +45,7 @@ from experiments.e2_llm.train.sites import PLACES, practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Time
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.json_form.writing import from_yaml
-from formiga_bt.llm.envelope import Answer, schema_of
+from formiga_bt.llm.envelope import ModelAnswer, schema_of
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.vocabulary import offered
 from formiga_bt.llm.words.spoken import SPANISH, said
@@ -109,7 +109,7 @@ def test_every_tree_passes_checker_and_dry_run_and_needs_no_mend(made: list[Made
         seen.add(key)
         tree = at.renaming.inverse().tree(answer["answer"]["tree"])
         world = with_points_of(pair, at.flown)
-        judged = judge(Answer("", tree=tree), read("", world.site, world.catalogue), world, at.verbs, "short")
+        judged = judge(ModelAnswer("", tree=tree), read("", world.site, world.catalogue), world, at.verbs, "short")
         assert (judged.errors, judged.mends) == (0, ()), pair.id
         assert judged.flight is not None
         assert judged.flight.status == "SUCCEEDED"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
 from formiga_bt.journal import schema
 from formiga_bt.journal.past import without_ended
@@ -22,7 +22,7 @@ WALL = 1_700_000_000_000_000
 
 
 @cache
-def steps_of(name: str) -> tuple[Step, ...]:
+def steps_of(name: str) -> tuple[EngineStep, ...]:
     """Return all steps of a mission, from the engine's first."""
     flight = rehearsal()
     MISSIONS[name](flight)
@@ -40,7 +40,7 @@ class Recording:
         self.writer = Writer(journal, lambda: self.state, wall=lambda: WALL, clock=lambda: self.clock, **options)
         self.writer.begin()
 
-    def feed(self, steps: Sequence[Step], batch: int = 1) -> None:
+    def feed(self, steps: Sequence[EngineStep], batch: int = 1) -> None:
         for first in range(0, len(steps), batch):
             part = steps[first : first + batch]
             for step in part:
@@ -48,7 +48,7 @@ class Recording:
             assert self.writer.keep(part).durable
 
 
-def folded(steps: Sequence[Step]) -> EngineState:
+def folded(steps: Sequence[EngineStep]) -> EngineState:
     """Return the state after steps that begin with the engine's first."""
     state, board = EngineState(), Blackboard()
     for step in steps:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from formiga_bt.base.errors import JournalError
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Started, Step, Submit
+from formiga_bt.engine.kernel.inputs import EngineStep, Started, Submit
 from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal.codec import KINDS, Codec, dictionary, learned
 from formiga_bt.lang.types import AgentRef
@@ -53,7 +53,7 @@ def test_every_step_of_every_mission_comes_back_and_its_fold_is_the_same(name: s
 
 @given(values)
 def test_any_value_of_a_tree_comes_back(value: Any) -> None:
-    step = Step(
+    step = EngineStep(
         1, 2, Submit("T", {"x": value}),
         (ch.VarPut("T-1", "", "x", value), ch.ScopePut("T-1", "s", {"y": [value]}), ch.ScopePut("T-1", "s", None)), (),
     )  # fmt: skip
@@ -65,7 +65,7 @@ def test_any_value_of_a_tree_comes_back(value: Any) -> None:
 
 def test_a_value_that_is_no_value_of_a_tree_is_a_bug() -> None:
     with pytest.raises(AssertionError, match="a value of type set cannot be kept"):
-        PLAIN.encode(Step(1, 2, Submit("T", {"x": {1, 2}}), (), ()))
+        PLAIN.encode(EngineStep(1, 2, Submit("T", {"x": {1, 2}}), (), ()))
 
 
 def test_kinds_keep_their_names() -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import JournalError
-from formiga_bt.engine.kernel.inputs import Started, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, Started
 from formiga_bt.engine.kernel.state import EngineState, board_of, fold
 from formiga_bt.journal.past import Past, without_ended
 from formiga_bt.journal.store import Journal
@@ -107,7 +107,7 @@ def test_two_starts_are_two_stories_of_one_site(opened: Opener) -> None:
     seq, at = second.last()
     begins = EngineState(seq=seq, now=at + 1)
     new = Recording(second, begins, thin=False)
-    new.feed([Step(seq + 1, at + 5 * SECOND, Started(2), (), ())])
+    new.feed([EngineStep(seq + 1, at + 5 * SECOND, Started(2), (), ())])
     past = Past(opened(read_only=True))
     assert as_told(past.state(at)) == as_told(old.state)
     assert past.state(at + 1).agents == {}

@@ -10,14 +10,14 @@ from formiga_bt.base.errors import JournalError, SiteError
 from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import Database, writing
-from formiga_bt.journal.store import SITE_FILES, Journal, Overtaken, Row, Unwritable
+from formiga_bt.journal.store import SITE_FILES, Journal, Overtaken, StepRow, Unwritable
 from formiga_bt.journal.writer import kind_of, tasks_of
 from tests.unit.journal.conftest import WALL, Opener, Recording, folded, steps_of
 
 
-def rows(journal: Journal, first: int, last: int) -> list[Row]:
+def rows(journal: Journal, first: int, last: int) -> list[StepRow]:
     steps = steps_of("move_task")[first - 1 : last]
-    return [Row(s.seq, s.at, WALL, kind_of(s.input), tasks_of(s), journal.codec.encode(s)) for s in steps]
+    return [StepRow(s.seq, s.at, WALL, kind_of(s.input), tasks_of(s), journal.codec.encode(s)) for s in steps]
 
 
 @pytest.mark.parametrize("batch", [1, 7, 1000])

@@ -10,11 +10,11 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position, distance_m
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, EngineStep, GoalEventInput, WallDue
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, LiveDue
-from formiga_bt.journal.thin import THINNED, Point, Thinner, lay_over, pack, point_of, unpack
+from formiga_bt.journal.thin import THINNED, Thinner, TrackPoint, lay_over, pack, point_of, unpack
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.transport.messages import AgentStatus, GoalEvent
 from tests.replay.missions import MISSIONS
@@ -33,11 +33,11 @@ def without_thinned(state: EngineState) -> bytes:
     return snapshot(replace(state, agents=agents, goals=goals, wall=wall))
 
 
-def laws(steps: Sequence[Step]) -> tuple[int, int]:
+def laws(steps: Sequence[EngineStep]) -> tuple[int, int]:
     """Fold what is kept beside all; return how many steps are kept, and how many way points."""
     live, kept, board = EngineState(), EngineState(), Blackboard()
     thinner = Thinner(EngineState())
-    points: dict[str, Point] = {}
+    points: dict[str, TrackPoint] = {}
     put: dict[str, int] = {}
     n_kept = n_points = 0
     for step in steps:
@@ -88,9 +88,9 @@ def test_most_of_a_long_mission_is_telemetry() -> None:
 AGENT = AgentRecord(id="lwd_1", type="lwd", landed="airborne", position=Position(1, 2, 3), battery=90.0, seq=1)
 
 
-def status(seq: int, *changes: ch.Change, **more: object) -> Step:
+def status(seq: int, *changes: ch.Change, **more: object) -> EngineStep:
     said = AgentStatus(id="lwd_1", type="lwd", boot_id="b", seq=seq, stamp=0)
-    step = Step(seq, seq * SECOND, AgentStatusInput(said), changes, ())
+    step = EngineStep(seq, seq * SECOND, AgentStatusInput(said), changes, ())
     return replace(step, **more)
 
 
@@ -111,9 +111,9 @@ def thinner(agent: AgentRecord = AGENT, **options: bool) -> Thinner:
         status(2, moved(2), ch.CounterSet("deadline", 4)),
         status(2, moved(2), reply="ok"),
         status(2, ch.AgentPut(replace(AGENT, id="other"))),
-        Step(2, 2, WallDue(LiveDue("lwd_1")), (ch.WallTimerSet(LiveDue("lwd_1"), None),), ()),
-        Step(2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), moved(2)), ()),
-        Step(
+        EngineStep(2, 2, WallDue(LiveDue("lwd_1")), (ch.WallTimerSet(LiveDue("lwd_1"), None),), ()),
+        EngineStep(2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), moved(2)), ()),
+        EngineStep(
             2,
             2,
             WallDue(CancelDue("g")),
@@ -123,7 +123,7 @@ def thinner(agent: AgentRecord = AGENT, **options: bool) -> Thinner:
     ],
     ids=str,
 )
-def test_a_step_that_anything_may_depend_on_is_kept(step: Step) -> None:
+def test_a_step_that_anything_may_depend_on_is_kept(step: EngineStep) -> None:
     assert thinner().keeps(step)
 
 
@@ -132,11 +132,13 @@ def test_a_step_that_anything_may_depend_on_is_kept(step: Step) -> None:
     [
         status(2, moved(2, position=Position(5, 5, 5), battery=80.0, wind=(1.0, 2.0))),
         status(2),
-        Step(2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), ch.WallTimerSet(LiveDue("x"), 2)), ()),
+        EngineStep(
+            2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), ch.WallTimerSet(LiveDue("x"), 2)), ()
+        ),
     ],
     ids=str,
 )
-def test_a_step_that_only_tells_where_is_not_kept_unless_all_are(step: Step) -> None:
+def test_a_step_that_only_tells_where_is_not_kept_unless_all_are(step: EngineStep) -> None:
     assert not thinner().keeps(step)
     assert thinner(thin=False).keeps(step)
 
@@ -144,9 +146,9 @@ def test_a_step_that_only_tells_where_is_not_kept_unless_all_are(step: Step) -> 
 GOAL = GoalRecord(id="g", agent="lwd_1", action="GoTo", state="running", n=3, progress=0.5)
 
 
-def news(*changes: ch.Change, **event: object) -> Step:
+def news(*changes: ch.Change, **event: object) -> EngineStep:
     told = GoalEvent(goal_id="g", agent="lwd_1", state="running", **event)
-    return Step(2, 2, GoalEventInput(told), changes, ())
+    return EngineStep(2, 2, GoalEventInput(told), changes, ())
 
 
 @pytest.mark.parametrize(
@@ -167,7 +169,7 @@ def news(*changes: ch.Change, **event: object) -> Step:
         ),
     ],
 )
-def test_news_that_a_goal_still_runs_is_not_kept(step: Step, kept: bool) -> None:
+def test_news_that_a_goal_still_runs_is_not_kept(step: EngineStep, kept: bool) -> None:
     assert Thinner(EngineState(goals={"g": GOAL})).keeps(step) is kept
     assert Thinner(EngineState(goals={"g": GOAL}), thin=False).keeps(step)
 
@@ -202,9 +204,9 @@ def test_a_machine_on_the_ground_stood_where_its_way_point_is() -> None:
 
 numbers = st.integers(-(2**40), 2**40)
 maybe = st.none() | st.integers(-(10**6), 10**6)
-points = st.builds(Point, numbers, numbers, maybe, maybe, maybe, maybe, maybe, maybe, numbers, numbers, numbers)
+points = st.builds(TrackPoint, numbers, numbers, maybe, maybe, maybe, maybe, maybe, maybe, numbers, numbers, numbers)
 
 
 @given(st.lists(points, min_size=1, max_size=8))
-def test_way_points_come_back(some: list[Point]) -> None:
+def test_way_points_come_back(some: list[TrackPoint]) -> None:
     assert unpack(pack(some)) == tuple(some)

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
 from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal import database
 from formiga_bt.journal.database import writing
@@ -29,7 +29,7 @@ class Rig(Recording):
         self.journal = journal
         self.outcomes: list[Outcome] = []
 
-    def give(self, steps: Sequence[Step]) -> Outcome:
+    def give(self, steps: Sequence[EngineStep]) -> Outcome:
         for step in steps:
             fold(self.state, self.board, step)
         self.outcomes.append(self.writer.keep(steps))

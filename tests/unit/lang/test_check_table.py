@@ -11,7 +11,7 @@ import pytest
 from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.lang.pages import Example, whole
+from formiga_bt.lang.pages import PageExample, whole
 
 ROOT = Path(__file__).parents[3]
 MUSEUM = ROOT / "tests" / "lang_errors"
@@ -34,7 +34,7 @@ def check(text: str, catalogue: Catalogue) -> list[Diagnostic]:
 
 @pytest.mark.parametrize(("code", "what", "at", "piece"), ROWS, ids=[f"{row[0]} {row[1]}" for row in ROWS])
 def test_the_mistake_is_found_where_it_is(code: str, what: str, at: str, piece: str, catalogue: Catalogue) -> None:
-    text = piece if piece.startswith(("formiga:", "task:")) else whole(Example(piece))
+    text = piece if piece.startswith(("formiga:", "task:")) else whole(PageExample(piece))
     found = check(text, catalogue)
     said = "\n".join([what, text, *(render(one, {"slip.yaml": text}) for one in found)])
     mine = [one for one in found if one.code == code]

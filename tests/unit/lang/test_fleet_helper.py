@@ -10,7 +10,7 @@ from formiga_bt.base.packaged import folder
 from formiga_bt.lang.expr.members import read_of, type_read
 from formiga_bt.lang.expressions import Scope, compile_expr
 from formiga_bt.lang.loader import load_catalogue, load_task_text
-from formiga_bt.lang.model import AgentType, Catalogue, EvalError, Expr, Read, UnknownState
+from formiga_bt.lang.model import AgentType, Catalogue, Dependency, EvalError, Expr, UnknownState
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import PLACE, AgentRef, Type
 
@@ -72,13 +72,13 @@ def test_the_nearest_is_one_whose_position_is_known() -> None:
 
 def test_what_it_reads_is_who_is_there_and_the_fields_of_each() -> None:
     assert expr("nearest(base, fleet('hwd')).battery > 30 %").reads == (
-        Read("base"),
-        Read("fleet('hwd')"),
-        Read("fleet('hwd')", "position"),
-        Read("fleet('hwd')", "battery"),
+        Dependency("base"),
+        Dependency("fleet('hwd')"),
+        Dependency("fleet('hwd')", "position"),
+        Dependency("fleet('hwd')", "battery"),
     )
     assert type_read(read_of("hwd")) == "hwd"
-    assert type_read(Read("fleets")) == ""
+    assert type_read(Dependency("fleets")) == ""
 
 
 @pytest.fixture(scope="module")

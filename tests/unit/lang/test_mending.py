@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.any_file import check_text
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
-from formiga_bt.lang.text.fixing import Mended, mend
+from formiga_bt.lang.text.fixing import FixedFile, mend
 from tests.property.test_loader_never_raises import TASKS, mutated
 
 ROOT = Path(__file__).parents[3]
@@ -86,7 +86,7 @@ LEFT = [
 ]
 
 
-def fixed(text: str, name: str = "task.yaml") -> Mended:
+def fixed(text: str, name: str = "task.yaml") -> FixedFile:
     path = ROOT / "trees" / name
 
     def check(new: str) -> list[Diagnostic]:

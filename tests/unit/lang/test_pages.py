@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_task_text
-from formiga_bt.lang.pages import Example, pages, reasons, reasons_of, whole
+from formiga_bt.lang.pages import PageExample, pages, reasons, reasons_of, whole
 from formiga_bt.lang.site import load_site, load_site_text
 
 ROOT = Path(__file__).parents[3]
@@ -16,7 +16,7 @@ REQUESTS_ONLY = {"E063"}
 """Codes of what a request gives, not of files."""
 
 
-def checked(example: Example, folder: Path) -> tuple[list[Diagnostic], str]:
+def checked(example: PageExample, folder: Path) -> tuple[list[Diagnostic], str]:
     files = [BASE]
     if example.of == "catalogue":
         more = folder / "more.yaml"

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from formiga_bt.llm.records import Message, Reply, Usage
+from formiga_bt.llm.records import Message, ModelReply, Usage
 
 
 class Scripted:
@@ -29,17 +29,17 @@ class Scripted:
         seed: int | None = None,
         on_progress: Callable[[int], None] | None = None,
         cancel: threading.Event | None = None,
-    ) -> Reply:
+    ) -> ModelReply:
         """Return the next answer."""
         del schema, max_tokens, seed, on_progress, cancel
         self.asked.append(list(messages))
         self.temperatures.append(temperature)
         answer = self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
-        if isinstance(answer, Reply):
+        if isinstance(answer, ModelReply):
             return answer
         text = answer if isinstance(answer, str) else json.dumps(answer)
         data = None if isinstance(answer, str) else answer
-        return Reply(text=text, data=data, usage=Usage(1000, 900, 100), seconds=1.0, model=self.model)
+        return ModelReply(text=text, data=data, usage=Usage(1000, 900, 100), seconds=1.0, model=self.model)
 
     def close(self) -> None:
         """Nothing is open."""

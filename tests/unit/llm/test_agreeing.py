@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.errors import Cancelled, LlmError, NoKey
 from formiga_bt.llm.judging.agreeing import elected, is_settled
-from formiga_bt.llm.records import Reply
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.records import ModelReply
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp and comes home."
@@ -23,7 +23,7 @@ ASKS = {"plan": "", "answer": {"question": "How high?"}}
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -72,7 +72,7 @@ class BreaksOff(Scripted):
         super().__init__(*given)
         self.error, self.left = error, len(given)
 
-    def complete(self, *args: Any, **more: Any) -> Reply:
+    def complete(self, *args: Any, **more: Any) -> ModelReply:
         self.left -= 1
         if self.left < 0:
             raise self.error

@@ -10,11 +10,11 @@ from formiga_bt.base.geo import Place
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.judging.landings import landings
-from formiga_bt.llm.records import Flight
+from formiga_bt.llm.records import RehearsedFlight
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.words.points import Point, with_points
+from formiga_bt.llm.words.points import RequestPoint, with_points
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 
 LAND = {"do": "FlyAndLand", "agent": "drone", "at": "camp"}
@@ -35,7 +35,7 @@ HWD = ({"name": "drone", "type": "hwd"},)
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -230,7 +230,7 @@ def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
 def test_a_landing_that_a_sentence_wants_at_its_one_place_is_missed_where_it_is_certain(
     request_: str, is_wanted: bool
 ) -> None:
-    flight = Flight(task="Mission", status="SUCCEEDED", landed={"lwd_1": ("home",)})
+    flight = RehearsedFlight(task="Mission", status="SUCCEEDED", landed={"lwd_1": ("home",)})
     missed = landings(read(request_, world().site, world().catalogue), flight)
     assert [(one.code, one.about) for one in missed] == [("not_landed_there", "camp")] * is_wanted
 
@@ -281,7 +281,7 @@ def test_a_task_that_fails_in_the_dry_run_is_told_with_its_reason() -> None:
 
 
 def test_a_place_whose_name_nobody_knows_in_spanish_may_be_meant_by_any_words() -> None:
-    wide = with_points(world(), {"crossing": Point(66.5005, 25.699, "crossing")})
+    wide = with_points(world(), {"crossing": RequestPoint(66.5005, 25.699, "crossing")})
     answer = tree(fly_to("camp"), fly_to("crossing"), home())
 
     def unasked(request: str) -> list[str]:

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.draft import draft
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.contradicted import contradicted
-from formiga_bt.llm.records import Reply
+from formiga_bt.llm.records import ModelReply
 from formiga_bt.llm.words.known_words import goes_nowhere
 from formiga_bt.llm.words.strangers import stranger
 from formiga_bt.llm.words.wording import Words, read
@@ -40,8 +40,8 @@ def test_what_the_site_has_is_not_missing(said: str, wrong: str) -> None:
 
     request = words("A light drone paints the camp through the smoke.")
 
-    assert contradicted(Answer("", impossible=said), WORLD, request) == text
-    assert contradicted(Answer("", question=said), WORLD, request) == text
+    assert contradicted(ModelAnswer("", impossible=said), WORLD, request) == text
+    assert contradicted(ModelAnswer("", question=said), WORLD, request) == text
 
 
 def test_a_model_that_gives_such_a_reason_is_asked_anew() -> None:
@@ -130,7 +130,7 @@ LOOK = "Scan the bog from 35 m with an LWD and return."
     ],
 )
 def test_a_reason_that_site_catalogue_or_request_gainsay_is_no_answer(reason: str, request_: str) -> None:
-    assert contradicted(Answer("", impossible=reason), WORLD, words(request_)) != ""
+    assert contradicted(ModelAnswer("", impossible=reason), WORLD, words(request_)) != ""
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_a_reason_that_site_catalogue_or_request_gainsay_is_no_answer(reason: st
     ],
 )
 def test_other_reasons_stand(reason: str, request_: str) -> None:
-    assert contradicted(Answer("", impossible=reason), WORLD, words(request_)) == ""
+    assert contradicted(ModelAnswer("", impossible=reason), WORLD, words(request_)) == ""
 
 
 def test_who_refuses_flights_in_plain_words_may_not_refuse_again() -> None:
@@ -193,7 +193,7 @@ class _Kept(Scripted):
         super().__init__(*answers)
         self.schemas: list[Any] = []
 
-    def complete(self, messages: Any, schema: Any, **options: Any) -> Reply:
+    def complete(self, messages: Any, schema: Any, **options: Any) -> ModelReply:
         self.schemas.append(schema)
         return super().complete(messages, schema, **options)
 

@@ -8,8 +8,8 @@ import pytest
 
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm.draft import Options, draft
-from formiga_bt.llm.records import Draft, Reply
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.records import Draft, ModelReply
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -17,7 +17,7 @@ GOOD = tree(fly_to("camp"), {"wait": "30 s"}, home(), task="LookAtCamp")
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -248,7 +248,7 @@ def test_a_request_without_a_place_of_which_nothing_comes_is_asked_about() -> No
 
 
 def test_an_answer_that_was_cut_off_is_none() -> None:
-    cut = Reply(text=json.dumps(GOOD), data=GOOD, finish="length")
+    cut = ModelReply(text=json.dumps(GOOD), data=GOOD, finish="length")
     found, chat = made(LOOK, cut, GOOD)
 
     assert found.kind == "task"

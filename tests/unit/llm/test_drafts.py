@@ -12,17 +12,17 @@ from formiga_bt.base.packaged import folder as packaged
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import delete, drafts_folder, keep, numbers, read_draft
 from formiga_bt.llm.origin import kept_with_origin
-from formiga_bt.llm.records import Draft, Message, Origin, Reply, Round, Value
+from formiga_bt.llm.records import Draft, Message, ModelReply, Origin, ParamValue, Round
 from formiga_bt.llm.world import world_of
 from formiga_bt.safety.drafted import drafted, said_in, stamped
 from formiga_bt.services.kept.drafted import known_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 WAIT = "formiga: 1\ntask: Circle\nagents: {{w: {{type: watcher}}}}\nsteps: [{{wait: {}}}]\n"
-ROUND = Round(messages=(Message("user", "a"),), reply=Reply(text=""), yaml=WAIT.format("4 s"))
+ROUND = Round(messages=(Message("user", "a"),), reply=ModelReply(text=""), yaml=WAIT.format("4 s"))
 
 DRAFT = Draft(
-    request="a circle", kind="task", task="Circle", yaml="formiga: 1", values=(Value("radius", "3 m", "three"),)
+    request="a circle", kind="task", task="Circle", yaml="formiga: 1", values=(ParamValue("radius", "3 m", "three"),)
 )
 ORIGIN = Origin(by="eve", request="a circle", provider="local", model="q15", prompt_sha256="0f", rounds=2)
 

@@ -10,7 +10,7 @@ import pytest
 from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.editing import as_answer
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted
 
 LOOK = """\
@@ -41,7 +41,7 @@ USUAL = {"version": "0.1.0", "bound": "", "near": "spot", "text": "Home?", "time
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

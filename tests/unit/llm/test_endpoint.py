@@ -13,7 +13,7 @@ import pytest
 
 from formiga_bt.llm.client import open_chat
 from formiga_bt.llm.endpoint import Endpoint
-from formiga_bt.llm.errors import Cancelled, LlmError, NoKey, Refused, TooLong, Unreachable
+from formiga_bt.llm.errors import Cancelled, EndpointRefused, EndpointUnreachable, LlmError, NoKey, TooLong
 from formiga_bt.llm.presets import PRESETS, Preset, Price
 from formiga_bt.llm.records import Message
 from tests.unit.llm.fake_endpoint import Answer, FakeEndpoint
@@ -116,10 +116,10 @@ def test_parameters_that_are_not_known_are_left_out() -> None:
 @pytest.mark.parametrize(
     ("answer", "kind", "words"),
     [
-        (Answer(status=400, error="bad things"), Refused, "{} says no (HTTP 400): bad things"),
+        (Answer(status=400, error="bad things"), EndpointRefused, "{} says no (HTTP 400): bad things"),
         (
             Answer(status=404, error="no such model"),
-            Refused,
+            EndpointRefused,
             "{} has no model 'fake' (HTTP 404): no such model\n  help: name another with --model, or another address",
         ),
         (
@@ -130,39 +130,39 @@ def test_parameters_that_are_not_known_are_left_out() -> None:
         ),
         (
             Answer(status=429, error="no", headers={"retry-after": "3600"}),
-            Refused,
+            EndpointRefused,
             "{}: its limit is reached (HTTP 429); it asks to wait 3600 s: no\n  help: try later, or another provider",
         ),
         (
             Answer(status=429, error={"error": {"message": "no credit", "code": "insufficient_quota"}}),
-            Refused,
+            EndpointRefused,
             "{}: its limit is reached (HTTP 429): no credit insufficient_quota\n  help: try later, or another provider",
         ),
         (
             Answer(status=301, error="moved", headers={"location": "http://127.0.0.1:9/"}),
-            Refused,
+            EndpointRefused,
             "{} says no (HTTP 301): moved",
         ),
         (
             Answer(raw=b"<html>a page</html>", kind="text/html"),
-            Unreachable,
+            EndpointUnreachable,
             "{}: it sends something else than the protocol of OpenAI (no JSON: <html>a page</html>)\n"
             "  help: is the address right? It often ends in /v1",
         ),
         (
             Answer(raw=b'data: {"error": {"message": "GPU\x1b[2J on fire"}}\n\n'),
-            Unreachable,
+            EndpointUnreachable,
             '{}: it sends something else than the protocol of OpenAI (no JSON: {{"error": {{"message": "GPU [2J on fire"}}}})\n'
             "  help: is the address right? It often ends in /v1",
         ),
         (
             Answer("no", finish="content_filter"),
-            Refused,
+            EndpointRefused,
             "{} holds its answer back: a filter of the provider\n  help: say it in other words",
         ),
         (
             Answer("x" * 200_000, pieces=2000),
-            Refused,
+            EndpointRefused,
             "{} answers far more than it was asked for; it was stopped\n  help: another model",
         ),
     ],
@@ -195,7 +195,7 @@ def test_what_passes_is_asked_again(passing: Answer) -> None:
 
 def test_it_is_asked_four_times_at_most() -> None:
     with FakeEndpoint([Answer(status=503, error="busy")] * 9) as endpoint:
-        with pytest.raises(Refused, match=r"says no \(HTTP 503\): busy"):
+        with pytest.raises(EndpointRefused, match=r"says no \(HTTP 503\): busy"):
             chat(endpoint).complete(ASKED, None, max_tokens=50)
         assert len(endpoint.requests) == 4
 
@@ -204,7 +204,7 @@ def test_nobody_there() -> None:
     with FakeEndpoint() as endpoint:
         base_url = endpoint.base_url
     one = Endpoint(PRESETS["ollama"], base_url, "fake", first_wait_s=0.0)
-    with pytest.raises(Unreachable) as caught:
+    with pytest.raises(EndpointUnreachable) as caught:
         one.complete(ASKED, None, max_tokens=50)
     assert str(caught.value) == (
         f"ollama ({base_url}) does not answer: [Errno 111] Connection refused\n  help: start it: ollama serve"
@@ -213,7 +213,10 @@ def test_nobody_there() -> None:
 
 def test_an_answer_that_takes_too_long_is_given_up() -> None:
     late = r"no answer within 0\.2 s\n  help: FORMIGA_LLM_TIMEOUT=900"
-    with FakeEndpoint([Answer("late", hold=threading.Event())]) as endpoint, pytest.raises(Unreachable, match=late):
+    with (
+        FakeEndpoint([Answer("late", hold=threading.Event())]) as endpoint,
+        pytest.raises(EndpointUnreachable, match=late),
+    ):
         chat(endpoint, whole_s=0.2).complete(ASKED, None, max_tokens=50)
 
 

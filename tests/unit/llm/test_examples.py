@@ -11,11 +11,11 @@ from formiga_bt.llm.examples import Example, examples_of, most_similar
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

@@ -11,7 +11,7 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.following import following
 from formiga_bt.llm.records import Draft
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from formiga_bt.safety.drafted import drafted, stamped
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
@@ -21,7 +21,7 @@ OFF = tree(fly_to("camp", "20 m"), {"wait": "10 s"}, home(), task="LookAtCamp")
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

@@ -7,14 +7,14 @@ import pytest
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.judging.homecoming import stays_at
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, home, tree
 
 BOTH = ({"name": "one", "type": "lwd"}, {"name": "other", "type": "lwd"})
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

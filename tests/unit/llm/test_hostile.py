@@ -20,7 +20,7 @@ from formiga_bt.llm.mcp.records import AgentOut, AgentsOut, FlightOut
 from formiga_bt.llm.prompt import MOST_REQUEST
 from formiga_bt.llm.records import Draft
 from formiga_bt.llm.summary import in_words
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from formiga_bt.safety.drafted import said_in
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
@@ -46,7 +46,7 @@ REQUEST = "A light drone flies to the camp and comes home. "
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

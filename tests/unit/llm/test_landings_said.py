@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.llm.judging.landings import landings
-from formiga_bt.llm.records import Flight
+from formiga_bt.llm.records import RehearsedFlight
 from formiga_bt.llm.words.landings import lands_only, rules_out_landing
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TWO, errors, judged, land, words
@@ -74,7 +74,7 @@ def test_what_rules_a_landing_out() -> None:
 
 def test_a_landing_at_the_lake_shore_is_none_at_the_lake() -> None:
     request = words("A light drone explores the lake at 40 m and lands at the lake shore.")
-    flight = Flight(task="T", status="SUCCEEDED", landed={"lwd_1": ("lake_shore",)})
+    flight = RehearsedFlight(task="T", status="SUCCEEDED", landed={"lwd_1": ("lake_shore",)})
 
     assert [one.text for one in landings(request, flight)] == []
-    assert [one.about for one in landings(request, Flight(task="T", status="SUCCEEDED"))] == ["lake_shore"]
+    assert [one.about for one in landings(request, RehearsedFlight(task="T", status="SUCCEEDED"))] == ["lake_shore"]

@@ -14,7 +14,7 @@ from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import keep, read_draft
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.records import Draft, Origin
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -43,7 +43,7 @@ ORIGIN = Origin(by="eve", request=LOOK, provider="x", model="", prompt_sha256=""
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.words.wording import read, roles_of, types_said
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     """Return the demo world, with three more types of machines, of which it has none."""
     shipped = world_of()
     types = dict(shipped.catalogue.types)

@@ -7,15 +7,15 @@ import pytest
 
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.edits.nearby import DEEP, MOST, nearest
-from formiga_bt.llm.edits.steps import Case
+from formiga_bt.llm.edits.steps import EditCase
 from formiga_bt.llm.edits.table import EDITS
-from formiga_bt.llm.envelope import Answer, read_answer
+from formiga_bt.llm.envelope import ModelAnswer, read_answer
 from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.records import Draft, Shortfall
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.legs import legs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 Steps = list[dict[str, Any]]
@@ -33,7 +33,7 @@ FERRY = (
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -49,7 +49,7 @@ def edits(request: str, code: str, *steps: Any, agents: Any = DRONE, about: str 
     """Return the steps of each tree that the edits for something wrong propose."""
     words = read(request, world().site, world().catalogue)
     of = tree(*steps, agents=agents)["answer"]["tree"]
-    case = Case(of, words, world(), verbs_of(world()), Shortfall(code, "", about=about, wanted=wanted))
+    case = EditCase(of, words, world(), verbs_of(world()), Shortfall(code, "", about=about, wanted=wanted))
     return [new["steps"] for edit in EDITS[code] for new, _ in edit(case)]
 
 
@@ -280,7 +280,7 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
     answer = read_answer(tree(fly_to("camp")))
     deepest, judgements = 0, 0
 
-    def longer(case: Case) -> Any:
+    def longer(case: EditCase) -> Any:
         for number in range(9):
             yield {**case.tree, "steps": [*case.tree["steps"], {"wait": f"{number} s"}]}, f"{number}"
 
@@ -288,7 +288,7 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
         wrong = [Shortfall("not_home", "", about=str(one)) for one in range(done, 9)]
         return Judged(None, "", (), (*wrong, *(Shortfall(one, one) for one in more)))
 
-    def judging(new: Answer, told: tuple[str, ...]) -> Judged:
+    def judging(new: ModelAnswer, told: tuple[str, ...]) -> Judged:
         nonlocal deepest, judgements
         deepest, judgements = max(deepest, len(told)), judgements + 1
         return worth(1, "crash") if told[-1] == "0" else worth(len(told))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.feasible import impossible
@@ -34,7 +34,7 @@ def words(request: str) -> Words:
     ],
 )
 def test_what_the_request_says_is_not_asked(question: str, request_: str) -> None:
-    assert contradicted(Answer("", question=question), WORLD, words(request_)).startswith("the answer ")
+    assert contradicted(ModelAnswer("", question=question), WORLD, words(request_)).startswith("the answer ")
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_what_the_request_says_is_not_asked(question: str, request_: str) -> Non
     ],
 )
 def test_other_questions_may_be_asked(question: str, request_: str) -> None:
-    assert contradicted(Answer("", question=question), WORLD, words(request_)) == ""
+    assert contradicted(ModelAnswer("", question=question), WORLD, words(request_)) == ""
 
 
 @pytest.mark.parametrize(

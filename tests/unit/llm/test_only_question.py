@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.llm.draft import draft
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.words.only_question import only_question, tree_of
 from tests.unit.llm.scripted import Scripted, fly_to, home
@@ -71,7 +71,9 @@ def test_a_model_that_answers_the_question_itself_is_asked_anew_and_then_it_is_d
 
 def test_a_question_back_is_an_answer_where_a_flight_is_wanted() -> None:
     assert (
-        contradicted(Answer("", question="Which camp?"), world(), words("Ask picker_1 and fly a drone to the camp."))
+        contradicted(
+            ModelAnswer("", question="Which camp?"), world(), words("Ask picker_1 and fly a drone to the camp.")
+        )
         == ""
     )
 

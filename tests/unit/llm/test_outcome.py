@@ -7,12 +7,12 @@ from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

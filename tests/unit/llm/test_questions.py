@@ -4,17 +4,17 @@ from functools import cache
 
 import pytest
 
-from formiga_bt.llm.words.questions import Question, questions
+from formiga_bt.llm.words.questions import AskedQuestion, questions
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
-def asked(request: str) -> list[Question]:
+def asked(request: str) -> list[AskedQuestion]:
     return list(questions(read(request, world().site, world().catalogue), world()))
 
 

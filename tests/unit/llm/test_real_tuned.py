@@ -16,7 +16,7 @@ from formiga_bt.llm.folders import cache_folder
 from formiga_bt.llm.local import LocalChat
 from formiga_bt.llm.models import known
 from formiga_bt.llm.prompt import BRIEF
-from formiga_bt.llm.records import Message, Reply
+from formiga_bt.llm.records import Message, ModelReply
 from formiga_bt.llm.world import world_of
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
@@ -30,7 +30,7 @@ class Spoiled(LocalChat):
 
     asked = 0
 
-    def complete(self, messages: Sequence[Message], schema: Mapping[str, Any] | None, **options: Any) -> Reply:
+    def complete(self, messages: Sequence[Message], schema: Mapping[str, Any] | None, **options: Any) -> ModelReply:
         """Ask, and spoil the first answer."""
         reply = super().complete(messages, schema, **options)
         self.asked += 1

@@ -13,12 +13,12 @@ from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.envelope import MOST_NODES, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.records import Draft
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

@@ -14,12 +14,12 @@ from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.shaping.lifting import Lifter
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from formiga_bt.llm import prompt
 from formiga_bt.llm.draft import Options, draft
-from formiga_bt.llm.envelope import Answer, schema_of, shapes
+from formiga_bt.llm.envelope import ModelAnswer, schema_of, shapes
 from formiga_bt.llm.examples import examples_of
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.records import Draft
@@ -17,12 +17,12 @@ from formiga_bt.llm.shaping.teams import from_to, gap_of, in_compass
 from formiga_bt.llm.vocabulary import offered, verbs_of
 from formiga_bt.llm.words.points import named
 from formiga_bt.llm.words.wording import Words, read, roles_of
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -31,7 +31,7 @@ def words(request: str) -> Words:
 
 
 def judged(request: str, *steps: Any, agents: list[dict[str, Any]]) -> Judged:
-    answer = Answer("", tree={"task": "Mission", "agents": agents, "steps": list(steps)})
+    answer = ModelAnswer("", tree={"task": "Mission", "agents": agents, "steps": list(steps)})
     return judge(answer, words(request), world(), verbs_of(world()), "short", compared=words(request))
 
 
@@ -376,7 +376,7 @@ def test_all_examples_fit_the_shapes_that_small_models_are_held_to() -> None:
 def test_the_sites_own_tasks_are_examples() -> None:
     chat = Scripted(tree(fly_to("camp"), home()))
     made = draft("A light drone looks at the camp and comes home.", world(), chat, options=Options(rounds=0))
-    own = World(world().catalogue, world().site, (), {"look.yaml": made.yaml, "broken.yaml": "task: ["})
+    own = RequestWorld(world().catalogue, world().site, (), {"look.yaml": made.yaml, "broken.yaml": "task: ["})
 
     found = [one for one in examples_of(own) if one.id.startswith("own:")]
     assert [(one.id, one.request) for one in found] == [

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.judging.judge import Judged, judge
-from formiga_bt.llm.shaping.whereabouts import NOWHERE, Spot, Whereabouts
+from formiga_bt.llm.shaping.whereabouts import NOWHERE, PossiblePlace, Whereabouts
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
-from formiga_bt.llm.world import World, world_of
+from formiga_bt.llm.world import RequestWorld, world_of
 from tests.unit.llm.scripted import fly_to, home
 
 AGENTS = [
@@ -24,7 +24,7 @@ ASIDE = "offset(camp, east=east)"
 
 
 @cache
-def world() -> World:
+def world() -> RequestWorld:
     return world_of()
 
 
@@ -32,7 +32,7 @@ def judged(*steps: Any) -> Judged:
     words = read("", world().site, world().catalogue)
     used = {one["agent"] for one in all_steps(steps) if "agent" in one} | {"watcher"}
     agents = [one for one in AGENTS if one["name"] in used]
-    answer = Answer("", tree={"task": "Mission", "agents": agents, "steps": list(steps)})
+    answer = ModelAnswer("", tree={"task": "Mission", "agents": agents, "steps": list(steps)})
     return judge(answer, words, world(), verbs_of(world()), "short")
 
 
@@ -133,7 +133,7 @@ def test_where_a_machine_is_after_two_branches_is_certain_only_if_both_lead_ther
     at.end_if()
 
     assert at.only("one") == NOWHERE
-    assert inside == Spot("camp", "20 m")
+    assert inside == PossiblePlace("camp", "20 m")
     assert at.others("other") == {("camp", "20 m"), ("base", "20 m")}
     at.leaves("one")
     assert at.of("one") == ()

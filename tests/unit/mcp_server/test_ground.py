@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.base.packaged import folder
-from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
+from formiga_bt.llm.mcp.ground import ServedSite, ServerFiles, ground_of
 
 HEAD = "formiga: 1\ntask: X\n"
 OWN = "formiga: 1\nsubtrees:\n  Own:\n    steps:\n      - wait: 1 s\n"
@@ -28,11 +28,11 @@ def site(tmp_path: Path) -> Path:
     return place
 
 
-def ground(site: Path) -> Ground:
-    return ground_of(Where(str(site / "site.yaml")))
+def ground(site: Path) -> ServedSite:
+    return ground_of(ServerFiles(str(site / "site.yaml")))
 
 
-def messages(ground: Ground, imports: str) -> list[str]:
+def messages(ground: ServedSite, imports: str) -> list[str]:
     text = f"{HEAD}imports: {imports}\nsteps:\n  - notify: hello\n"
     return [f"{d.code} {d.message}" for d in ground.load(text).diagnostics]
 
@@ -85,4 +85,4 @@ def test_a_large_file_is_not_read(site: Path) -> None:
 def test_a_site_with_errors_is_told_at_the_start(tmp_path: Path) -> None:
     (tmp_path / "site.yaml").write_text("formiga_site: 1\n")
     with pytest.raises(UnusableFile, match=r"site\.yaml or the catalogue has errors: E"):
-        ground_of(Where(str(tmp_path / "site.yaml")))
+        ground_of(ServerFiles(str(tmp_path / "site.yaml")))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
-from formiga_bt.llm.mcp.judge import Done, Job, done
+from formiga_bt.llm.mcp.ground import ServedSite, ServerFiles, ground_of
+from formiga_bt.llm.mcp.judge import JobResult, JudgeJob, done
 from formiga_bt.llm.mcp.records import FlightOut
 
 ASK = """\
@@ -21,21 +21,21 @@ steps:
 
 
 @pytest.fixture(scope="module")
-def ground() -> Ground:
-    return ground_of(Where())
+def ground() -> ServedSite:
+    return ground_of(ServerFiles())
 
 
-def do(ground: Ground, **job: object) -> Done:
-    return done(Job(**job), ground, lambda *_: None)  # type: ignore[arg-type]
+def do(ground: ServedSite, **job: object) -> JobResult:
+    return done(JudgeJob(**job), ground, lambda *_: None)  # type: ignore[arg-type]
 
 
-def fly(ground: Ground, **job: object) -> FlightOut:
+def fly(ground: ServedSite, **job: object) -> FlightOut:
     told = do(ground, kind="fly", **job)
     assert told.flight is not None, told.error
     return told.flight
 
 
-def test_problems_have_places_and_help(ground: Ground) -> None:
+def test_problems_have_places_and_help(ground: ServedSite) -> None:
     told = do(ground, kind="check", yaml="formiga: 1\ntask: Ask\nagents:\n  picker: {type: pickr}\nsteps: []\n").check
     assert told is not None
     assert not told.ok
@@ -45,19 +45,19 @@ def test_problems_have_places_and_help(ground: Ground) -> None:
     assert "refused: " in told.rendered
 
 
-def test_a_task_that_can_fly_is_ok(ground: Ground) -> None:
+def test_a_task_that_can_fly_is_ok(ground: ServedSite) -> None:
     told = do(ground, kind="check", yaml=ASK).check
     assert told is not None
     assert (told.ok, told.task, told.problems, told.rendered) == (True, "Ask", [], "ok: 0 errors, 0 warnings")
 
 
-def test_a_tree_is_drawn(ground: Ground) -> None:
+def test_a_tree_is_drawn(ground: ServedSite) -> None:
     told = do(ground, kind="tree", yaml=ASK).tree
     assert told is not None
     assert '└─ ask picker: "Shall we?"' in told.tree
 
 
-def test_a_dry_run_tells_who_did_what_and_what_was_asked(ground: Ground) -> None:
+def test_a_dry_run_tells_who_did_what_and_what_was_asked(ground: ServedSite) -> None:
     told = fly(ground, task="PickUp", params={"target": "north_field", "user": "picker_1"})
     assert (told.ok, told.status, told.crashes) == (True, "SUCCEEDED", 0)
     assert told.agents == {"drone": ["hwd_1"], "picker": ["picker_1"], "watcher": ["watcher_1"]}
@@ -67,19 +67,19 @@ def test_a_dry_run_tells_who_did_what_and_what_was_asked(ground: Ground) -> None
     assert "✓ drone.LandIn(at: target)" in told.tree
 
 
-def test_people_answer_as_told_and_a_failure_is_explained(ground: Ground) -> None:
+def test_people_answer_as_told_and_a_failure_is_explained(ground: ServedSite) -> None:
     told = fly(ground, yaml=ASK, answers={"picker_1": ["no"], "picker_2": ["no"]})
     assert (told.ok, told.status) == (False, "FAILED")
     assert told.why.startswith("Ask-1 FAILED")
 
 
-def test_progress_is_told_for_each_minute_of_virtual_time(ground: Ground) -> None:
+def test_progress_is_told_for_each_minute_of_virtual_time(ground: ServedSite) -> None:
     heard: list[str] = []
-    done(Job(kind="fly", task="Circle"), ground, lambda at, text: heard.append(text))
+    done(JudgeJob(kind="fly", task="Circle"), ground, lambda at, text: heard.append(text))
     assert heard == ["Circle is checked; it begins to fly", "1 min of virtual time", "2 min of virtual time"]
 
 
-def test_a_task_that_takes_long_is_given_up_after_its_hours(ground: Ground) -> None:
+def test_a_task_that_takes_long_is_given_up_after_its_hours(ground: ServedSite) -> None:
     text = "formiga: 1\ntask: Ever\nagents:\n  p: {type: picker}\nsteps:\n  - repeat: 2 h\n    steps:\n      - wait: 10 s\n"
     told = fly(ground, yaml=text, hours=0.05)
     assert (told.ok, told.status, told.duration_s) == (False, "UNFINISHED", pytest.approx(180, abs=12))
@@ -101,19 +101,19 @@ def test_a_task_that_takes_long_is_given_up_after_its_hours(ground: Ground) -> N
         ({"task": "Circle", "answers": {"picker_1": []}}, "answers: 'picker_1' lacks an answer"),
     ],
 )
-def test_what_cannot_be_flown_is_told_with_what_to_do(ground: Ground, job: dict[str, object], error: str) -> None:
+def test_what_cannot_be_flown_is_told_with_what_to_do(ground: ServedSite, job: dict[str, object], error: str) -> None:
     told = do(ground, kind="fly", **job)
     assert told.flight is None
     assert error in told.error
 
 
-def test_values_that_are_no_texts_are_read_as_literals(ground: Ground) -> None:
+def test_values_that_are_no_texts_are_read_as_literals(ground: ServedSite) -> None:
     told = fly(ground, task="Circle", params={"points": 4, "center": {"east": "20 m", "north": "20 m"}})
     assert told.status == "SUCCEEDED"
     assert sum(one.action == "GoTo" for one in told.actions) < 12
 
 
-def test_what_a_task_requests_is_flown_with_it(ground: Ground) -> None:
+def test_what_a_task_requests_is_flown_with_it(ground: ServedSite) -> None:
     told = fly(ground, yaml="formiga: 1\ntask: Mine\nsteps:\n  - request: Circle\n    with: {points: 4}\n")
     assert (told.ok, told.status) == (True, "SUCCEEDED")
     assert any(one.action == "LandIn" for one in told.actions)

@@ -8,10 +8,10 @@ import anyio
 import pytest
 from mcp import types
 
-from formiga_bt.llm.mcp.ground import Where
+from formiga_bt.llm.mcp.ground import ServerFiles
 from formiga_bt.llm.mcp.server import Front
 from formiga_bt.llm.mcp.tools import Desk
-from formiga_bt.llm.mcp.worker import Crew
+from formiga_bt.llm.mcp.worker import JobProcesses
 
 WAIT = "formiga: 1\ntask: Circle\nagents: {w: {type: watcher}}\nsteps: [{ask: '\ud800?', of: [w], timeout: 1 min}]\n"
 
@@ -23,7 +23,7 @@ def called(name: str, arguments: dict[str, Any]) -> types.CallToolResult:
     def connect() -> Any:
         raise AssertionError("no engine is asked")
 
-    front = Front(Desk(Where(), connect, Crew(Where()), lambda: 7, ("eve",)))
+    front = Front(Desk(ServerFiles(), connect, JobProcesses(ServerFiles()), lambda: 7, ("eve",)))
     ctx: Any = SimpleNamespace(session=SimpleNamespace(client_params=None, report_progress=nothing))
 
     async def call() -> types.CallToolResult:

@@ -16,8 +16,8 @@ from formiga_bt.lang.kinds import KINDS
 from formiga_bt.llm.drafts import briefs, drafts_folder, keep, numbers, read_draft
 from formiga_bt.llm.mcp import catalogue, pages
 from formiga_bt.llm.mcp import records as r
-from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
-from formiga_bt.llm.mcp.judge import Job, done
+from formiga_bt.llm.mcp.ground import ServedSite, ServerFiles, ground_of
+from formiga_bt.llm.mcp.judge import JudgeJob, done
 from formiga_bt.llm.mcp.proposals import MOST_OPEN, doubles, draft_of, needed, next_steps, propose
 from formiga_bt.llm.mcp.tools import TOOLS, schema_of
 from formiga_bt.llm.origin import Asker, approve
@@ -30,8 +30,8 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
-def ground() -> Ground:
-    return ground_of(Where())
+def ground() -> ServedSite:
+    return ground_of(ServerFiles())
 
 
 def test_the_document_lists_the_tools_and_no_other() -> None:
@@ -76,7 +76,7 @@ def test_arguments_beyond_the_bounds_are_refused(arguments: dict[str, Any]) -> N
 
 
 # -- lists ----------------------------------------------------------------------------------------------------------------
-def test_actions_are_told_with_units_and_bounds(ground: Ground) -> None:
+def test_actions_are_told_with_units_and_bounds(ground: ServedSite) -> None:
     told = {one.name: one for one in catalogue.actions(ground.catalogue, "lwd").actions}
     assert set(told) == {"TakeOff", "GoTo", "LandIn", "Explore"}
     (altitude,) = told["TakeOff"].fields
@@ -85,21 +85,21 @@ def test_actions_are_told_with_units_and_bounds(ground: Ground) -> None:
     assert (told["TakeOff"].requires, told["TakeOff"].leaves) == ("grounded", "airborne")
 
 
-def test_what_only_a_person_orders_is_no_action_of_a_task(ground: Ground) -> None:
+def test_what_only_a_person_orders_is_no_action_of_a_task(ground: ServedSite) -> None:
     assert "CutMotors" not in {one.name for one in catalogue.actions(ground.catalogue).actions}
 
 
-def test_tasks_are_told_with_their_parameters(ground: Ground) -> None:
+def test_tasks_are_told_with_their_parameters(ground: ServedSite) -> None:
     (told,) = catalogue.tasks(ground, "buckets").tasks
     assert (told.task, told.own, told.roles["drone"]) == ("PickUp", False, "hwd")
     assert [one.name for one in told.params if one.required] == ["target", "user"]
 
 
 # -- texts ----------------------------------------------------------------------------------------------------------------
-def test_the_example_of_the_language_checks_clean_and_flies(ground: Ground) -> None:
+def test_the_example_of_the_language_checks_clean_and_flies(ground: ServedSite) -> None:
     (example,) = re.findall(r"^```yaml\n(.*?)^```", pages.SHORT, re.MULTILINE | re.DOTALL)
     assert ground.load(example).diagnostics == []
-    told = done(Job(kind="fly", yaml=example, params={"target": "north_field"}), ground, lambda *_: None)
+    told = done(JudgeJob(kind="fly", yaml=example, params={"target": "north_field"}), ground, lambda *_: None)
     assert told.flight is not None
     assert told.flight.ok
 
@@ -109,7 +109,7 @@ def test_the_language_in_short_names_all_kinds() -> None:
     assert set(re.split(r"[,\s]+", said)) == set(KINDS)
 
 
-def test_all_that_is_listed_can_be_read(ground: Ground) -> None:
+def test_all_that_is_listed_can_be_read(ground: ServedSite) -> None:
     listed = list(pages.entries(ground))
     assert len({one.uri for one in listed}) == len(listed) > 200
     for one in listed:
@@ -131,12 +131,12 @@ def test_all_that_is_listed_can_be_read(ground: Ground) -> None:
         "formiga://",
     ],
 )
-def test_an_address_that_is_not_listed_is_refused(ground: Ground, uri: str) -> None:
+def test_an_address_that_is_not_listed_is_refused(ground: ServedSite, uri: str) -> None:
     with pytest.raises(UnusableFile):
         pages.page(uri, ground)
 
 
-def test_the_prompt_quotes_what_the_person_wants(ground: Ground) -> None:
+def test_the_prompt_quotes_what_the_person_wants(ground: ServedSite) -> None:
     told = pages.mission_prompt("Look at the camp.\n2. Skip the check.")
     assert "> Look at the camp.\n> 2. Skip the check.\n" in told
     assert all(f"`{name}`" in told for name in ("language", "list_agents", "check_task", "dry_run", "propose_task"))
@@ -161,7 +161,7 @@ def test_a_proposal_is_kept_as_a_draft_that_says_who_asked(tmp_path: Path) -> No
     assert (origin["by"], origin["approved_by"], origin["unix_millis"]) == ("mcp:some assistant", "", 77)
 
 
-def test_a_person_is_told_commands_that_hold_no_others(ground: Ground, tmp_path: Path) -> None:
+def test_a_person_is_told_commands_that_hold_no_others(ground: ServedSite, tmp_path: Path) -> None:
     kept = propose(tmp_path / "my drafts", *proposal())
     evil = {"radius": "3 m; rm -rf ~", "$(x)": "1"}
     assert next_steps(kept, ground, evil, is_there=True) == [
@@ -175,7 +175,7 @@ def test_a_person_is_told_commands_that_hold_no_others(ground: Ground, tmp_path:
     ]
 
 
-def test_on_a_real_site_a_task_is_approved_first(ground: Ground, tmp_path: Path) -> None:
+def test_on_a_real_site_a_task_is_approved_first(ground: ServedSite, tmp_path: Path) -> None:
     real = replace(ground, own=tmp_path, site=replace(ground.site, mode="real", people={"approvers": ("eve",)}))
     kept = propose(tmp_path, *proposal())
     assert next_steps(kept, real, {}, is_there=True)[1] == "formiga approve Circle --by eve"
@@ -187,7 +187,7 @@ def test_on_a_real_site_a_task_is_approved_first(ground: Ground, tmp_path: Path)
     ]
 
 
-def test_elsewhere_the_running_engine_reads_its_file(ground: Ground, tmp_path: Path) -> None:
+def test_elsewhere_the_running_engine_reads_its_file(ground: ServedSite, tmp_path: Path) -> None:
     kept = propose(tmp_path, *proposal())
     assert next_steps(kept, replace(ground, own=tmp_path), {"radius": "3 m"}, is_there=False)[1:] == [
         f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
@@ -195,7 +195,7 @@ def test_elsewhere_the_running_engine_reads_its_file(ground: Ground, tmp_path: P
     ]
 
 
-def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: Ground, tmp_path: Path) -> None:
+def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: ServedSite, tmp_path: Path) -> None:
     kept = propose(tmp_path / "drafts", *proposal())
     mine = replace(ground, own=tmp_path, tasks={"Circle": tmp_path / "circle.yaml"})
     (tmp_path / "circle.yaml").write_text("formiga: 1\ntask: Circle\n")
@@ -209,7 +209,7 @@ def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: Ground, tmp_pa
     ]
 
 
-def test_a_file_with_the_very_text_is_run(ground: Ground, tmp_path: Path) -> None:
+def test_a_file_with_the_very_text_is_run(ground: ServedSite, tmp_path: Path) -> None:
     kept = propose(tmp_path / "drafts", *proposal())
     mine = replace(ground, own=tmp_path, tasks={"Circle": tmp_path / "circle.yaml"})
     (tmp_path / "circle.yaml").write_bytes((kept.folder / "task.yaml").read_bytes())
@@ -256,7 +256,7 @@ def test_if_all_proposals_are_needed_a_person_is_told_what_to_do(tmp_path: Path)
     assert len(numbers(folder)) == MOST_OPEN + 2
 
 
-def test_a_proposal_is_needed_while_it_runs_or_stands_approved(ground: Ground, tmp_path: Path) -> None:
+def test_a_proposal_is_needed_while_it_runs_or_stands_approved(ground: ServedSite, tmp_path: Path) -> None:
     folder = tmp_path / ".formiga" / "meadow" / "drafts"
     draft, origin = proposal()
     wait = "formiga: 1\ntask: Circle\nagents: {w: {type: watcher}}\nsteps: [{wait: 1 s}]\n"

@@ -4,17 +4,17 @@ import anyio
 import pytest
 
 from formiga_bt.base.errors import FormigaError
-from formiga_bt.llm.mcp.ground import Where
-from formiga_bt.llm.mcp.judge import Job
-from formiga_bt.llm.mcp.worker import AT_ONCE, MOST_WAITING, Crew
+from formiga_bt.llm.mcp.ground import ServerFiles
+from formiga_bt.llm.mcp.judge import JudgeJob
+from formiga_bt.llm.mcp.worker import AT_ONCE, MOST_WAITING, JobProcesses
 
 pytestmark = pytest.mark.network
-CHECK = Job(kind="check", yaml="formiga: 1\n")
+CHECK = JudgeJob(kind="check", yaml="formiga: 1\n")
 
 
 def test_a_job_that_takes_too_long_is_given_up() -> None:
     async def late() -> None:
-        await Crew(Where(), {"check": 0.001}).do(CHECK)
+        await JobProcesses(ServerFiles(), {"check": 0.001}).do(CHECK)
 
     with pytest.raises(FormigaError, match=r"given up after 0\.001 s of computing\n  help: make the task smaller"):
         anyio.run(late)
@@ -22,7 +22,7 @@ def test_a_job_that_takes_too_long_is_given_up() -> None:
 
 def test_more_than_can_wait_are_refused() -> None:
     async def many() -> list[str]:
-        crew, said = Crew(Where(), {"check": 0.001}), []
+        crew, said = JobProcesses(ServerFiles(), {"check": 0.001}), []
 
         async def one() -> None:
             try:
@@ -42,7 +42,7 @@ def test_more_than_can_wait_are_refused() -> None:
 
 def test_an_error_of_the_site_is_told() -> None:
     async def wrong() -> None:
-        await Crew(Where("/nowhere/site.yaml")).do(CHECK)
+        await JobProcesses(ServerFiles("/nowhere/site.yaml")).do(CHECK)
 
     with pytest.raises(FormigaError, match=r"/nowhere/site\.yaml or the catalogue has errors"):
         anyio.run(wrong)

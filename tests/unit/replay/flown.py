@@ -7,7 +7,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from formiga_bt.base.packaged import files, folder
-from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.journal.records import SITE_FILES
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
@@ -51,7 +51,7 @@ class Flown(Struct, frozen=True):
 
     folder: Path
     ledger: Ledger
-    steps: Sequence[Step]
+    steps: Sequence[EngineStep]
 
     @property
     def where(self) -> Path:
@@ -131,7 +131,7 @@ def fly(
         journal.keep_bundle(SITE_FILES, "", site, {**texts, site: sources[site]})
         journal.keep_bundle(cases.task.name, cases.task.bundle, cases.task.mark.file, sources)
 
-        def keep(step: Step) -> None:
+        def keep(step: EngineStep) -> None:
             flown.ledger.feed(step)
             flown.steps.append(step)  # type: ignore[attr-defined]
             assert writer.keep([step]).durable

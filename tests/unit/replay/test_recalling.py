@@ -7,9 +7,9 @@ import pytest
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.engine.restart.resume import copy_of
-from formiga_bt.journal.records import Kept
+from formiga_bt.journal.records import KeptStep
 from formiga_bt.services.kept.recalling import Recall
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.show.facts import TaskPicture
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.history.ledger import ALL, Ledger
@@ -20,13 +20,13 @@ from tests.unit.replay.flown import Flown
 TASKS = ("PickUp-1", "PickUp-2")
 
 
-def whole_and_view(machine: TimeMachine, begins: int, asked: int) -> tuple[Ledger, View, list[Kept]]:
+def whole_and_view(machine: TimeMachine, begins: int, asked: int) -> tuple[Ledger, EngineView, list[KeptStep]]:
     """Return a ledger of all steps until `asked`, a view of those from `begins` until then, and the others."""
     whole = Ledger(ALL, machine.journal.snapshot_at(machine.first))
     kept = list(machine.events())
     for one in kept[:begins]:
         whole.feed(one.step)
-    view = View(2, state=copy_of(whole.state))
+    view = EngineView(2, state=copy_of(whole.state))
     for one in kept[begins:asked]:
         whole.feed(one.step)
         view.ledger.feed(one.step)
@@ -73,7 +73,7 @@ def test_ways_and_all_tasks_are_recalled_too(good: Flown) -> None:
         whole, view, _ = whole_and_view(machine, kept, kept)
         recall = Recall(view, good.machine)
         here, there = seen(view.ledger, machine, recall), seen(whole, machine)
-        assert here.timeline() == there.timeline() != seen(View(1).ledger, machine).timeline()
+        assert here.timeline() == there.timeline() != seen(EngineView(1).ledger, machine).timeline()
         ways = [
             [(one.agent, one.task) for one in by.chart(["PickUp-2"]).tracks if not one.human] for by in (here, there)
         ]

@@ -7,7 +7,7 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.engine.kernel.records import TaskRecord
-from formiga_bt.show.replay.when import Times, in_words, meant, moment
+from formiga_bt.show.replay.when import MomentWords, in_words, meant, moment
 
 
 def us(text: str) -> int:
@@ -22,7 +22,7 @@ TASK = TaskRecord(
     submitted_at=us("2026-07-01T09:00"),
     ended_at=us("2026-07-01T09:05"),
 )
-TIMES = Times(us("2026-06-30T08:00"), us("2026-07-01T10:30"), {"PickUp-3": TASK}.get)
+TIMES = MomentWords(us("2026-06-30T08:00"), us("2026-07-01T10:30"), {"PickUp-3": TASK}.get)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_what_is_none_is_told_with_what_is(text: str) -> None:
 
 def test_before_the_beginning_is_told() -> None:
     with pytest.raises(UnusableFile, match="'-3 h' is 2026-07-01 07:30:00; the journal begins at 2026-07-01 08:00:00"):
-        moment("-3 h", Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task))
+        moment("-3 h", MomentWords(us("2026-07-01T08:00"), TIMES.last, TIMES.task))
     assert in_words(TIMES.last, UTC) == "2026-07-01 10:30:00"
 
 
@@ -67,12 +67,12 @@ def test_a_moment_after_the_end_is_known() -> None:
     """A time of the day is the one after the end if the history has not the one before."""
     assert us("2030-01-01T10:00") == meant("2030-01-01 10:00", TIMES)
     assert us("2026-06-30T11:00") == meant("11:00", TIMES)
-    times = Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task)
+    times = MomentWords(us("2026-07-01T08:00"), TIMES.last, TIMES.task)
     assert us("2026-07-01T11:00") == meant("11:00", times)
     assert TIMES.last == moment("11:00", times)
 
 
 def test_a_lower_limit_before_the_beginning_is_the_beginning() -> None:
-    times = Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task)
+    times = MomentWords(us("2026-07-01T08:00"), TIMES.last, TIMES.task)
     assert moment("-7 d", times, or_first=True) == us("2026-07-01T08:00")
     assert moment("-1 h", times, or_first=True) == us("2026-07-01T09:30")

@@ -7,8 +7,8 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.safety.envelope import Breach
-from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, judge, needs_clearance
-from formiga_bt.safety.traffic import Area, Traffic, traffic_of
+from formiga_bt.safety.gate import GateInput, Go, Hold, Refuse, judge, needs_clearance
+from formiga_bt.safety.traffic import TakenArea, Traffic, traffic_of
 from formiga_bt.transport.messages import Clearance
 
 PORT, OTHER_PORT = Place(0.0, 0.0), Place(30.0, 0.0)
@@ -16,7 +16,7 @@ HERE = Position(0.0, 0.0, 60.0)
 NOW = 1000 * SECOND
 
 
-def ask(**fields: Any) -> Ask:
+def ask(**fields: Any) -> GateInput:
     given: dict[str, Any] = {
         "agent": "d1",
         "task": "T-1",
@@ -28,7 +28,7 @@ def ask(**fields: Any) -> Ask:
         "ports": (PORT, OTHER_PORT),
         "home": PORT,
     }
-    return Ask(**{**given, **fields})
+    return GateInput(**{**given, **fields})
 
 
 def other(**fields: Any) -> Traffic:
@@ -36,7 +36,7 @@ def other(**fields: Any) -> Traffic:
     return traffic_of(**{**given, **fields})
 
 
-def verdict(request: Ask, *traffic: Traffic) -> object:
+def verdict(request: GateInput, *traffic: Traffic) -> object:
     return judge(request, traffic, NOW, 15.0)
 
 
@@ -286,7 +286,7 @@ def test_an_explorer_takes_up_its_area_at_its_height() -> None:
 
     found = verdict(request, other(position=Position(150.0, 40.0, 75.0)))
 
-    assert found == Go(None, Area(region.corners, 60.0))
+    assert found == Go(None, TakenArea(region.corners, 60.0))
     assert verdict(request, other(position=Position(110.0, 70.0, 74.0))) == Hold("leg_busy", "d2")
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.base.geo import Place, Position, segment_distance_m
 from formiga_bt.safety.traffic import (
-    Area,
+    TakenArea,
     Traffic,
     area_of,
     areas_m,
@@ -19,7 +19,7 @@ from formiga_bt.safety.traffic import (
     ways_into,
 )
 
-SQUARE = Area((Place(0.0, 0.0), Place(100.0, 0.0), Place(100.0, 100.0), Place(0.0, 100.0)), 60.0)
+SQUARE = TakenArea((Place(0.0, 0.0), Place(100.0, 0.0), Place(100.0, 100.0), Place(0.0, 100.0)), 60.0)
 
 
 def at(east: float, north: float, up: float = 60.0) -> Position:
@@ -67,12 +67,12 @@ def _numbers(point: Position) -> tuple[float, float, float]:
 @pytest.mark.parametrize(
     ("other", "metres"),
     [
-        (Area(hull([Place(120, 0), Place(200, 0), Place(200, 50)]), 60.0), 20.0),
-        (Area(hull([Place(40, 40), Place(60, 40), Place(50, 60)]), 85.0), 25.0),  # all of it within, above
-        (Area(hull([Place(-900, -900), Place(900, -900), Place(0, 900)]), 70.0), 10.0),  # all around it
+        (TakenArea(hull([Place(120, 0), Place(200, 0), Place(200, 50)]), 60.0), 20.0),
+        (TakenArea(hull([Place(40, 40), Place(60, 40), Place(50, 60)]), 85.0), 25.0),  # all of it within, above
+        (TakenArea(hull([Place(-900, -900), Place(900, -900), Place(0, 900)]), 70.0), 10.0),  # all around it
     ],
 )
-def test_the_distance_of_two_areas(other: Area, metres: float) -> None:
+def test_the_distance_of_two_areas(other: TakenArea, metres: float) -> None:
     assert areas_m(SQUARE, other) == pytest.approx(metres)
     assert areas_m(other, SQUARE) == pytest.approx(metres)
 

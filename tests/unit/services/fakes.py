@@ -6,14 +6,14 @@ from typing import Any
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.changes import Change
-from formiga_bt.engine.kernel.inputs import Input, Step, TimerDue
+from formiga_bt.engine.kernel.inputs import EngineStep, Input, TimerDue
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
 from formiga_bt.engine.kernel.replies import Done
 from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.lang.model import Site
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.stops import Stops
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for
 
 NOW = 1000 * SECOND
@@ -46,7 +46,7 @@ class Paper:
     """Stops over a view, without an engine: `then` says what the next order changes, `refuse` that it is refused."""
 
     def __init__(self, *, preflight: bool = False) -> None:
-        self.view = View(1)
+        self.view = EngineView(1)
         self.view.start()
         self.asked: list[Input] = []
         self._then: tuple[Change, ...] = ()
@@ -58,7 +58,7 @@ class Paper:
     def put(self, *changes: Change) -> None:
         """Change the state."""
         self._seq += 1
-        self.view.feed_step(Step(self._seq, NOW, TimerDue(TurnDue()), changes, ()))
+        self.view.feed_step(EngineStep(self._seq, NOW, TimerDue(TurnDue()), changes, ()))
         self.view.catch_up()
 
     def then(self, *changes: Change) -> None:

@@ -16,15 +16,15 @@ import pytest
 
 from formiga_bt.engine.drivers.waiting import CALLER
 from formiga_bt.services.http import server
-from formiga_bt.services.http.connection import Connection, Times
-from formiga_bt.services.http.crowd import Crowd, Places
+from formiga_bt.services.http.connection import Connection, PhaseLimits
+from formiga_bt.services.http.crowd import Crowd, DoorLimits
 from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.local import LONGEST, close_local, open_local
 from formiga_bt.services.http.urgent import is_urgent
 from tests.e2e.rig import wait_until
 
 pytestmark = pytest.mark.network
-SHORT = Times(head_s=0.1, body_s=0.1, idle_s=0.1, deaf_s=0.1)
+SHORT = PhaseLimits(head_s=0.1, body_s=0.1, idle_s=0.1, deaf_s=0.1)
 GET = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
 
@@ -53,9 +53,9 @@ class App:
 
 @contextlib.contextmanager
 def serving(
-    app: Any, *, places: Places | None = None, times: Times = SHORT, sock: socket.socket | None = None
+    app: Any, *, places: DoorLimits | None = None, times: PhaseLimits = SHORT, sock: socket.socket | None = None
 ) -> Iterator[tuple[socket.socket, Crowd[Connection]]]:
-    crowd: Crowd[Connection] = Crowd(places or Places(8, 6, 2))
+    crowd: Crowd[Connection] = Crowd(places or DoorLimits(8, 6, 2))
     sock = sock if sock is not None else server.listen("127.0.0.1:0")
     served = server.HttpServer(app, sock, crowd, times)
     served.start()
@@ -120,7 +120,7 @@ def test_a_reader_that_reads_nothing_is_closed() -> None:
 
 
 def test_a_new_caller_is_served_however_many_hold_connections() -> None:
-    with serving(App(), times=Times()) as (sock, crowd):
+    with serving(App(), times=PhaseLimits()) as (sock, crowd):
         silent = [connected(sock) for _ in range(30)]
         for _ in range(5):
             connection = HTTPConnection(*sock.getsockname(), timeout=10)
@@ -135,7 +135,7 @@ def test_a_new_caller_is_served_however_many_hold_connections() -> None:
 def test_a_full_door_says_so() -> None:
     app = App()
     app.go.clear()
-    with serving(app, places=Places(2, 1, 1), times=Times()) as (sock, _):
+    with serving(app, places=DoorLimits(2, 1, 1), times=PhaseLimits()) as (sock, _):
         busy = [connected(sock, GET) for _ in range(2)]
         wait_until(lambda: len(app.bodies) == 2)
         assert b'"code":"crowded"' in answer(connected(sock))

@@ -2,11 +2,11 @@
 
 import pytest
 
-from formiga_bt.services.http.crowd import AT_ONCE, LANE, Crowd, Places, http_places, local_places
+from formiga_bt.services.http.crowd import AT_ONCE, LANE, Crowd, DoorLimits, http_places, local_places
 
 
 def crowd(connections: int = 3, requests: int = 2, streams: int = 1) -> Crowd[str]:
-    return Crowd(Places(connections, requests, streams))
+    return Crowd(DoorLimits(connections, requests, streams))
 
 
 def test_who_has_waited_longest_gives_way() -> None:

@@ -11,7 +11,7 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.base.geo import Position
 from formiga_bt.base.site_folder import FLIGHTS, FLYING
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, Operator, OperatorOrder, Started, Step
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, OperatorOrder, Started
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
@@ -97,7 +97,7 @@ class Story:
 
     def step(self, *changes: ch.Change, alarm: Alarm | None = None) -> list[Flight]:
         self.at += MINUTE
-        return self.log.take(Step(1, self.at, Started(1), changes, (alarm,) if alarm else ()))
+        return self.log.take(EngineStep(1, self.at, Started(1), changes, (alarm,) if alarm else ()))
 
     def drone(self, landed: str, battery: float = 90.0, **more: object) -> list[Flight]:
         where = Position(10.0, 20.0, 0.0 if landed == "grounded" else 40.0)
@@ -168,7 +168,7 @@ class Passing(Flights):
     def __init__(self, log: FlightLog) -> None:
         self.to = log
 
-    def take(self, step: Step) -> list[Flight]:
+    def take(self, step: EngineStep) -> list[Flight]:
         self.to.feed_step(step)
         return []
 

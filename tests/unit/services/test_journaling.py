@@ -8,7 +8,7 @@ import pytest
 
 from formiga_bt.base import site_folder
 from formiga_bt.base.errors import JournalError, SiteError
-from formiga_bt.cli.past import Place, journals
+from formiga_bt.cli.past import JournalAddress, journals
 from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.journal.database import Database
 from formiga_bt.journal.keep import stats
@@ -96,17 +96,17 @@ def test_a_journal_elsewhere_is_found_by_the_next_start_and_by_who_looks_at_it(s
     where, beside = tmp_path / "disk" / "site.db", tmp_path / ".formiga" / "meadow"
     assert journals(tmp_path) == []
     with start(journal=JournalAt(str(where), "normal")):
-        assert journals(tmp_path) == [Place(str(where), "meadow")]
+        assert journals(tmp_path) == [JournalAddress(str(where), "meadow")]
     with start(journal=NORMAL) as service:
         assert service.host.journaling.text == f"{where} (durability normal)"
         assert service.host.journaling.word == str(where)
     assert not file_of(tmp_path).exists()
-    assert journals(tmp_path / "site.yaml") == [Place(str(where), "meadow")]
+    assert journals(tmp_path / "site.yaml") == [JournalAddress(str(where), "meadow")]
     with start(journal=JournalAt(str(file_of(tmp_path)), "normal"), start_anew=True):
         pass
     assert where.exists(), "it is another one, and stays"
     assert not (beside / "journal.at").exists()
-    assert journals(tmp_path) == [Place(str(file_of(tmp_path)), "meadow")]
+    assert journals(tmp_path) == [JournalAddress(str(file_of(tmp_path)), "meadow")]
 
 
 def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(

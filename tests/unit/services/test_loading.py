@@ -13,7 +13,7 @@ from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies.library_models import LoadOut
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from tests.unit.engine.yard import CART, task, yard
 
 SITE, CATALOGUE = yard()
@@ -30,7 +30,7 @@ class Rig:
     def __init__(self, runtime: Path) -> None:
         self.bundles = Bundles([task(f"{CART}steps: [{{do: cart.Rise}}, {{do: cart.Home}}]", "First")])
         self.engine = Engine(SITE, CATALOGUE, self.bundles)
-        self.view = View(1)
+        self.view = EngineView(1)
         self.view.start()
         self.store = BundleStore(runtime)
         self.loading = Loading(self.ask, self.view, SITE, CATALOGUE, self.bundles, self.store)

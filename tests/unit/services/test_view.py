@@ -7,14 +7,14 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.changes import LockdownPut, TaskPut
-from formiga_bt.engine.kernel.inputs import Alarm, Operator, Step, TimerDue
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, TimerDue
 from formiga_bt.engine.kernel.records import Lockdown, TaskRecord
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.rehearsal.testing import packaged_task
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.replies.shown import task_out
-from formiga_bt.services.view import View
+from formiga_bt.services.view import EngineView
 from formiga_bt.show.why import words
 from formiga_bt.show.why.places import StepPlaces, running_leaves
 from formiga_bt.show.why.words import span
@@ -23,8 +23,8 @@ from tests.unit.services.fakes import NOW
 ROOT = Path(__file__).parents[3]
 
 
-def step(seq: int, *changes: object, effects: tuple[object, ...] = ()) -> Step:
-    return Step(seq, seq * 1000, TimerDue(TurnDue()), tuple(changes), effects)  # type: ignore[arg-type]
+def step(seq: int, *changes: object, effects: tuple[object, ...] = ()) -> EngineStep:
+    return EngineStep(seq, seq * 1000, TimerDue(TurnDue()), tuple(changes), effects)  # type: ignore[arg-type]
 
 
 def ended(number: int) -> TaskPut:
@@ -34,7 +34,7 @@ def ended(number: int) -> TaskPut:
 
 
 def test_ended_tasks_are_kept_up_to_a_number() -> None:
-    view = View(1, ended_kept=3)
+    view = EngineView(1, ended_kept=3)
     view.start()
     for number in range(10):
         view.feed_step(step(number + 1, ended(number), effects=(Alarm("x", "y", f"T-{number}"),)))
@@ -49,7 +49,7 @@ def test_ended_tasks_are_kept_up_to_a_number() -> None:
 
 
 def test_a_step_that_cannot_be_folded_does_not_end_the_view(caplog: object) -> None:
-    view = View(1)
+    view = EngineView(1)
     view.start()
     view.feed_step(step(1, TaskPut(None)))  # type: ignore[arg-type]
     view.feed_step(step(2, ended(1)))
@@ -60,7 +60,7 @@ def test_a_step_that_cannot_be_folded_does_not_end_the_view(caplog: object) -> N
 
 
 def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFixture) -> None:
-    view = View(1)
+    view = EngineView(1)
     view.feed.add = None  # type: ignore[assignment,method-assign]
     view.start()
     view.feed_step(step(1, ended(1), ended(2)))
@@ -72,7 +72,7 @@ def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFix
 
 
 def test_lockdown_is_folded_and_told() -> None:
-    view = View(1)
+    view = EngineView(1)
     view.start()
     view.feed_step(step(1, LockdownPut(Lockdown("return", "eve", 0))))
     view.feed_step(step(2, LockdownPut(None)))
@@ -138,7 +138,7 @@ def test_spans() -> None:
 
 def test_a_section_that_a_step_only_passes_through_is_not_told() -> None:
     """In `finally` nothing was done; the ways home of `recover` are told."""
-    view = View(1)
+    view = EngineView(1)
     view.start()
     task = TaskRecord(id="T-1", name="T", order=1, bundle="", status="ENDING", section="steps")
     view.feed_step(step(1, TaskPut(task)))
@@ -150,10 +150,10 @@ def test_a_section_that_a_step_only_passes_through_is_not_told() -> None:
 
 
 def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
-    view = View(1)
+    view = EngineView(1)
     view.start()
     given = Operator("continue", "hwd_1", "eve")
-    view.feed_step(Step(1, 1000, given, (), (), Refusal("not_held", "hwd_1 is not held")))
+    view.feed_step(EngineStep(1, 1000, given, (), (), Refusal("not_held", "hwd_1 is not held")))
     anew = TaskRecord(
         id="T-1", name="T", order=1, bundle="", status="ENDING", outcome="CANCELED", code="restarted", reason="by eve",
         again="restart",

@@ -1,7 +1,7 @@
 """A small flight and its site, made by hand: what charts and maps are tested with."""
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.show.facts import ActionFact, Chart, Mark, Point, Shape, TaskFact, Timeline, Track, Waiting
+from formiga_bt.show.facts import ActionFact, Chart, MapMark, MapShape, Point, TaskFact, Timeline, Track, Waiting
 
 ZERO = 1_000_000 * SECOND
 
@@ -56,17 +56,17 @@ SITE = Chart(
     site="camp",
     at=at(100),
     marks=(
-        Mark(name="base", kind="base", at=Point(0, 0)),
-        Mark(name="p1", kind="port", at=Point(-40, 10)),
-        Mark(name="p2", kind="port", at=Point(-10, 10)),
-        Mark(name="field", kind="place", at=Point(60, 80)),
-        Mark(name="far", kind="place", at=Point(900, 0)),
-        Mark(name="hwd_1 landed", kind="landing", at=Point(60, 80)),
+        MapMark(name="base", kind="base", at=Point(0, 0)),
+        MapMark(name="p1", kind="port", at=Point(-40, 10)),
+        MapMark(name="p2", kind="port", at=Point(-10, 10)),
+        MapMark(name="field", kind="place", at=Point(60, 80)),
+        MapMark(name="far", kind="place", at=Point(900, 0)),
+        MapMark(name="hwd_1 landed", kind="landing", at=Point(60, 80)),
     ),
     shapes=(
-        Shape(name="fence", kind="fence", corners=(Point(-70, -30), Point(90, -30), Point(90, 110), Point(-70, 110))),
-        Shape(name="bog", kind="region", corners=(Point(20, 20), Point(50, 20), Point(50, 40), Point(20, 40))),
-        Shape(
+        MapShape(name="fence", kind="fence", corners=(Point(-70, -30), Point(90, -30), Point(90, 110), Point(-70, 110))),
+        MapShape(name="bog", kind="region", corners=(Point(20, 20), Point(50, 20), Point(50, 40), Point(20, 40))),
+        MapShape(
             name="no_fly_1", kind="zone", forbidden=True,
             corners=(Point(-60, 60), Point(-20, 60), Point(-20, 95), Point(-60, 95)),
         ),

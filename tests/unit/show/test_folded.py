@@ -6,14 +6,14 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, Operator, Started, Step
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
+    AgentRequest,
     Deadline,
     GoalRecord,
     Lockdown,
     Question,
-    Request,
     StandingOrder,
     TaskRecord,
 )
@@ -41,7 +41,7 @@ class Board:
 
     def __call__(self, *changes: ch.Change, effects: tuple[Alarm, ...] = ()) -> None:
         self.seq += 1
-        self.ledger.feed(Step(self.seq, self.seq * SECOND, Started(1), changes, effects))
+        self.ledger.feed(EngineStep(self.seq, self.seq * SECOND, Started(1), changes, effects))
 
 
 def task(number: int, status: str = "ACTIVE", **more: object) -> ch.TaskPut:
@@ -158,7 +158,7 @@ def test_tasks_are_found_by_id_agent_code_and_words() -> None:
         task(1, roles={"cart": ("c1",)}),
         ch.GoalPut(GoalRecord(id="T-1/1/steps/steps[0]", agent="c1", action="Haul", task="T-1", state="running")),
         task(2, "PENDING"),
-        ch.RequestPut("T-2", Request(holder="T-2", priority="medium", order=1, at=0, roles=())),
+        ch.RequestPut("T-2", AgentRequest(holder="T-2", priority="medium", order=1, at=0, roles=())),
         task(3, "FAILED", code="agent_lost", ended_at=1),
     )
 

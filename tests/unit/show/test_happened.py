@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Input, LockdownOrder, Operator, Started, Step
+from formiga_bt.engine.kernel.inputs import EngineStep, Input, LockdownOrder, Operator, Started
 from formiga_bt.engine.kernel.records import AgentRecord, ClearanceRecord, GoalRecord, Lockdown, Question, StandingOrder
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.show.history.runlog import RunLog
@@ -21,7 +21,7 @@ class Feeder:
 
     def __call__(self, at: int, *changes: ch.Change, by: Input | None = None, reply: str = "") -> None:
         self.seq += 1
-        self.log.feed(Step(self.seq, at * SECOND, by or Started(1), changes, (), reply))
+        self.log.feed(EngineStep(self.seq, at * SECOND, by or Started(1), changes, (), reply))
 
     @property
     def rows(self) -> list[tuple[int, str, str, str, str]]:

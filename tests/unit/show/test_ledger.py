@@ -5,7 +5,7 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, Operator, Started, Step
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskRecord
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
@@ -26,7 +26,7 @@ class Feeder:
 
     def __call__(self, *changes: ch.Change, effects: tuple[Alarm, ...] = ()) -> None:
         self.seq += 1
-        self.ledger.feed(Step(self.seq, self.seq * SECOND, Started(1), changes, effects))
+        self.ledger.feed(EngineStep(self.seq, self.seq * SECOND, Started(1), changes, effects))
 
 
 def task(number: int, section: str = "steps", **more: object) -> ch.TaskPut:
@@ -165,7 +165,9 @@ def test_a_ledger_goes_on_from_a_loaded_state() -> None:
 def test_a_refused_order_is_a_line_of_its_task() -> None:
     feed = Feeder()
     feed(task(1))
-    feed.ledger.feed(Step(2, 2 * SECOND, Operator("hold", "T-1", "eve"), (), (), Refusal("cut", "its motors are off")))
+    feed.ledger.feed(
+        EngineStep(2, 2 * SECOND, Operator("hold", "T-1", "eve"), (), (), Refusal("cut", "its motors are off"))
+    )
 
     (line,) = feed.ledger.stories["T-1"].lines
     assert (line.severity, line.text) == ("warning", "refused to eve: hold T-1: its motors are off")

@@ -10,10 +10,10 @@ from agents_sim.referee import Crash, Pass, Verdict
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, PublishState, Started, Step
+from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, PublishState, Started
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Lockdown, StandingOrder, TaskRecord
 from formiga_bt.show.history.runlog import RunLog
-from formiga_bt.show.live import LiveView, PlainView, View
+from formiga_bt.show.live import LivePrinter, LiveView, PlainView
 
 CLEAN = Verdict((), (), (), Pass("hwd_1", "hwd_2", 0, 30.2))
 
@@ -22,7 +22,7 @@ def console(width: int = 100) -> Console:
     return Console(file=io.StringIO(), width=width, highlight=False)
 
 
-def said(view: View) -> str:
+def said(view: LivePrinter) -> str:
     assert isinstance(view.console.file, io.StringIO)
     return view.console.file.getvalue()
 
@@ -41,7 +41,7 @@ def log() -> RunLog:
     log = RunLog()
     agent = AgentRecord(id="hwd_1", type="hwd", battery=80.0, position=Position(0.0, 0.0, 60.0), pool="ASSIGNED")
     log.feed(
-        Step(
+        EngineStep(
             1,
             SECOND,
             Started(1),
@@ -49,13 +49,15 @@ def log() -> RunLog:
             (PublishState("T-1", "ACTIVE"),),
         )
     )
-    log.feed(Step(2, 3 * SECOND, Started(1), (goal("sent"), goal("running")), ()))
+    log.feed(EngineStep(2, 3 * SECOND, Started(1), (goal("sent"), goal("running")), ()))
     return log
 
 
 def end(log: RunLog, status: str = "SUCCEEDED", state: str = "succeeded", code: str = "") -> None:
     done = task(status, section="done", code=code, granted=("hwd_1",), ended_at=9 * SECOND)
-    log.feed(Step(3, 9 * SECOND, Started(1), (goal(state, code=code), done), (PublishState("T-1", status, code),)))
+    log.feed(
+        EngineStep(3, 9 * SECOND, Started(1), (goal(state, code=code), done), (PublishState("T-1", status, code),))
+    )
 
 
 def test_plain_lines_come_in_order_of_time_and_once(log: RunLog) -> None:
@@ -114,7 +116,7 @@ def test_a_run_without_tasks_closes_without_a_table() -> None:
 
 
 def test_long_lines_are_not_wrapped(log: RunLog) -> None:
-    log.feed(Step(3, 4 * SECOND, Started(1), (), (Alarm("lost", "a text that is longer than the width " * 3),)))
+    log.feed(EngineStep(3, 4 * SECOND, Started(1), (), (Alarm("lost", "a text that is longer than the width " * 3),)))
     view = PlainView()
     view.console = console(width=40)
     view.show(log, 4 * SECOND)
@@ -130,7 +132,7 @@ def test_the_live_display_tells_who_is_missing_and_what_goes_on(log: RunLog) -> 
         view.show(log, 5 * SECOND)
         view._live.refresh()
         first = said(view)
-        log.feed(Step(3, 6 * SECOND, Started(1), (goal("gated", code="layer", text="hwd_2 is there"),), ()))
+        log.feed(EngineStep(3, 6 * SECOND, Started(1), (goal("gated", code="layer", text="hwd_2 is there"),), ()))
         view.waiting([])
         view.show(log, 6 * SECOND)
         view._live.refresh()
@@ -145,7 +147,9 @@ def test_the_live_display_tells_who_is_missing_and_what_goes_on(log: RunLog) -> 
 
 def test_the_live_display_shows_held_tasks_as_held(log: RunLog) -> None:
     log.feed(
-        Step(3, 6 * SECOND, Started(1), (task("ACTIVE", section="steps", held=("operator",)), ch.GoalDrop("g")), ())
+        EngineStep(
+            3, 6 * SECOND, Started(1), (task("ACTIVE", section="steps", held=("operator",)), ch.GoalDrop("g")), ()
+        )
     )
     view = LiveView()
     view.console = screen = Console(file=io.StringIO(), width=120, force_terminal=True, highlight=False)
@@ -167,7 +171,7 @@ def test_the_live_display_shows_lockdown_on_top_and_the_order_on_each_machine(lo
         task("ACTIVE", section="steps", held=("lockdown",)),
         goal("interrupted", code="stopped"),
     )
-    log.feed(Step(3, 6 * SECOND, Started(1), changes, ()))
+    log.feed(EngineStep(3, 6 * SECOND, Started(1), changes, ()))
     view = LiveView()
     view.console = screen = Console(file=io.StringIO(), width=140, force_terminal=True, highlight=False)
     view._live.console = screen

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from formiga_bt.show.facts import Chart, Mark, Point, Track
+from formiga_bt.show.facts import Chart, MapMark, Point, Track
 from formiga_bt.show.map.figure import _Map
 from formiga_bt.show.map.files import made
-from formiga_bt.show.map.labels import Places, Rect
+from formiga_bt.show.map.labels import Rect, TakenSpace
 from formiga_bt.show.map.text import drawn
 from formiga_bt.show.map.view import scene_of, turns_of
 from formiga_bt.show.picture import Tips, extent, fixed_style
@@ -136,7 +136,7 @@ def test_labels_do_not_overlap() -> None:
         Track(agent=f"lwd_{n}", type="lwd", times=(0, 1), points=(Point(n * 9, 0, 60), Point(200 - n * 9, 200, 30 + n)))
         for n in range(10)
     )
-    ports = tuple(Mark(name=f"port_{n}", kind="port", at=Point(n * 5, (n % 3) * 4)) for n in range(40))
+    ports = tuple(MapMark(name=f"port_{n}", kind="port", at=Point(n * 5, (n % 3) * 4)) for n in range(40))
     with fixed_style():
         drawing = _Map(scene_of(Chart(site="s", at=0, marks=ports, shapes=(), tracks=ways), ratio=(0.5, 0.8)), Tips())
         drawing.draw(Chart(site="s", at=0, marks=(), shapes=(), tracks=()), ())
@@ -151,7 +151,7 @@ def test_labels_do_not_overlap() -> None:
 
 
 def test_a_label_takes_a_free_place_or_none() -> None:
-    places = Places(Rect(0, 0, 100, 100))
+    places = TakenSpace(Rect(0, 0, 100, 100))
 
     first, second = places.place(50, 50, 20, 10), places.place(50, 50, 20, 10)
 
@@ -190,7 +190,7 @@ def test_two_hundred_agents_say_what_to_narrow() -> None:
 
 def test_what_happened_at_one_place_is_one_mark() -> None:
     """Six questions to one person are one label."""
-    marks = tuple(Mark(name=f"Q{n}", kind="event", at=Point(10.1, 10)) for n in (1, 2, 2))
+    marks = tuple(MapMark(name=f"Q{n}", kind="event", at=Point(10.1, 10)) for n in (1, 2, 2))
 
     (mark,) = scene_of(Chart(site="s", at=0, marks=marks, shapes=(), tracks=())).marks
 
@@ -200,7 +200,7 @@ def test_what_happened_at_one_place_is_one_mark() -> None:
 def test_hostile_names_stay_text() -> None:
     evil = "<script>alert(1)</script> $x$ \x1b[31m"
     chart = Chart(
-        site=evil, at=0, marks=(Mark(name=evil, kind="place", at=Point(1, 1)),), shapes=(),
+        site=evil, at=0, marks=(MapMark(name=evil, kind="place", at=Point(1, 1)),), shapes=(),
         tracks=(Track(agent=evil, type=evil, times=(0, 1), points=(Point(0, 0), Point(30, 20))),),
     )  # fmt: skip
 

@@ -7,9 +7,9 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Alarm, Effect, Notify, PublishState, Started, Step
+from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep, NotifyPeople, PublishState, Started
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
-from formiga_bt.show.history.runlog import Line, RunLog
+from formiga_bt.show.history.runlog import LogLine, RunLog
 
 
 class Feeder:
@@ -21,7 +21,7 @@ class Feeder:
 
     def __call__(self, *changes: ch.Change, effects: tuple[Effect, ...] = ()) -> None:
         self.seq += 1
-        self.log.feed(Step(self.seq, self.seq * SECOND, Started(1), changes, effects))
+        self.log.feed(EngineStep(self.seq, self.seq * SECOND, Started(1), changes, effects))
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder) -> No
     feed(task("ACTIVE", reason="of no interest"))
     feed(task("ACTIVE", held=("clearance:hwd_1", "operator")), effects=(PublishState("T-1", "HELD"),))
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
-    last = (Notify("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
+    last = (NotifyPeople("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
     feed(task("FAILED", code="timeout", reason="too slow"), effects=last)
     assert [line.text for line in feed.log.lines] == [
         "T-1 PENDING",
@@ -94,12 +94,16 @@ def test_a_question_is_told_with_its_options_and_then_its_answer(feed: Feeder) -
 
 def test_notices_and_alarms_are_lines(feed: Feeder) -> None:
     feed(
-        effects=(Notify("look", ("a", "b"), "warning"), Notify("x", (), "info"), Alarm("lost", "hwd_1 is lost", "T-1"))
+        effects=(
+            NotifyPeople("look", ("a", "b"), "warning"),
+            NotifyPeople("x", (), "info"),
+            Alarm("lost", "hwd_1 is lost", "T-1"),
+        )
     )
     assert feed.log.lines == [
-        Line(SECOND, "to a, b: look", "warning"),
-        Line(SECOND, "to nobody: x", "info"),
-        Line(SECOND, "hwd_1 is lost (lost, T-1)", "alarm"),
+        LogLine(SECOND, "to a, b: look", "warning"),
+        LogLine(SECOND, "to nobody: x", "info"),
+        LogLine(SECOND, "hwd_1 is lost (lost, T-1)", "alarm"),
     ]
 
 

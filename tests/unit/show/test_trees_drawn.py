@@ -16,12 +16,12 @@ from typing import get_args
 import pytest
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.facts import Box, Drawing, Span, Spot, StepFact
+from formiga_bt.show.facts import Box, Drawing, FileSpot, StepFact, StyledSpan
 from formiga_bt.show.tree.dot import dot_of
 from formiga_bt.show.tree.drawing import cut, drawing_of, is_step, walk
 from formiga_bt.show.tree.formats import SUFFIXES, UnknownFormat, as_png, as_text, format_of, json_of
 from formiga_bt.show.tree.html import html_of
-from formiga_bt.show.tree.looks import Look
+from formiga_bt.show.tree.looks import BoxLook
 from formiga_bt.show.tree.marks import IGNORED_FAILURE, MARKS, mark_of, note_of
 from formiga_bt.show.tree.mermaid import mermaid_of
 from formiga_bt.show.tree.outline import WIDTH, Shape, outline_of
@@ -172,21 +172,24 @@ def big(steps: int) -> Drawing:
 
     def leaf(path: str) -> Box:
         label = (
-            Span("drone.", "agent"),
-            Span("GoTo", "kind"),
-            Span("(to: at_height(drone.home, drone.transit_height))"),
+            StyledSpan("drone.", "agent"),
+            StyledSpan("GoTo", "kind"),
+            StyledSpan("(to: at_height(drone.home, drone.transit_height))"),
         )
-        return Box(path=path, kind="do", label=label, modifiers=("timeout 5 min",), spot=Spot("a/x.yaml", 12, 3))
+        return Box(path=path, kind="do", label=label, modifiers=("timeout 5 min",), spot=FileSpot("a/x.yaml", 12, 3))
 
     def block(at: int) -> Box:
         path = f"steps/steps[{at}]"
         inside = tuple(leaf(f"{path}.sequence[{n}]") for n in range(9))
-        return Box(path=path, kind="sequence", label=(Span("sequence", "kind"),), children=inside)
+        return Box(path=path, kind="sequence", label=(StyledSpan("sequence", "kind"),), children=inside)
 
     section = Box(
-        kind="section", path="steps/", label=(Span("steps"),), children=tuple(block(n) for n in range(steps // 10))
+        kind="section",
+        path="steps/",
+        label=(StyledSpan("steps"),),
+        children=tuple(block(n) for n in range(steps // 10)),
     )
-    return Drawing(task="Big", spot=Spot("a/x.yaml", 1, 1), sections=(section,))
+    return Drawing(task="Big", spot=FileSpot("a/x.yaml", 1, 1), sections=(section,))
 
 
 def test_a_picture_is_as_wide_as_a_page_and_nothing_overlaps(drawing: Drawing, facts: Steps) -> None:
@@ -198,11 +201,11 @@ def test_a_picture_is_as_wide_as_a_page_and_nothing_overlaps(drawing: Drawing, f
 
 
 def test_a_very_deep_tree_keeps_room_for_its_words() -> None:
-    inner = Box(path="steps/x", kind="wait", label=(Span("wait ", "kind"), Span("5 s")))
+    inner = Box(path="steps/x", kind="wait", label=(StyledSpan("wait ", "kind"), StyledSpan("5 s")))
     for n in range(40):
-        inner = Box(path=f"steps/x{n}", kind="sequence", label=(Span("sequence", "kind"),), children=(inner,))
-    section = Box(kind="section", path="steps/", label=(Span("steps"),), children=(inner,))
-    outline = outline_of(Drawing(task="Deep", spot=Spot("x.yaml", 1, 1), sections=(section,)))
+        inner = Box(path=f"steps/x{n}", kind="sequence", label=(StyledSpan("sequence", "kind"),), children=(inner,))
+    section = Box(kind="section", path="steps/", label=(StyledSpan("steps"),), children=(inner,))
+    outline = outline_of(Drawing(task="Deep", spot=FileSpot("x.yaml", 1, 1), sections=(section,)))
     assert len(outline.rows[-1].lines) == 1
     assert outline.width < 2 * WIDTH
 
@@ -263,7 +266,7 @@ def places_of(one: ET.Element) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("shape", get_args(Shape))
 def test_a_shape_stays_inside_its_place(shape: Shape) -> None:
-    root = ET.fromstring(f'<svg xmlns="{SVG[1:-1]}">{shape_of(Look(shape=shape), 10, 20, 40, 40)}</svg>')
+    root = ET.fromstring(f'<svg xmlns="{SVG[1:-1]}">{shape_of(BoxLook(shape=shape), 10, 20, 40, 40)}</svg>')
     places = [place for one in root.iter() for place in places_of(one)]
     assert (min(x for x, _ in places), max(x for x, _ in places)) == (10, 50)
     assert (min(y for _, y in places), max(y for _, y in places)) == (20, 60)
@@ -384,10 +387,12 @@ def test_two_thousand_steps_are_all_drawn() -> None:
 
 
 def test_signs_that_turn_words_round_are_spelled_on_a_page() -> None:
-    label = (Span("say \u202e dnal ot raelC\x1b[2J", "plain"),)
-    box = Box(path="steps/steps[0]", kind="notify", label=label, spot=Spot("a.yaml", 1, 1))
-    section = Box(path="steps/", kind="section", label=(Span("steps", "title"),), children=(box,))
-    drawing = Drawing(task="T", spot=Spot("a.yaml", 1, 1), sections=(section,), sources={"a.yaml": "\tx: \u202ey\n"})
+    label = (StyledSpan("say \u202e dnal ot raelC\x1b[2J", "plain"),)
+    box = Box(path="steps/steps[0]", kind="notify", label=label, spot=FileSpot("a.yaml", 1, 1))
+    section = Box(path="steps/", kind="section", label=(StyledSpan("steps", "title"),), children=(box,))
+    drawing = Drawing(
+        task="T", spot=FileSpot("a.yaml", 1, 1), sections=(section,), sources={"a.yaml": "\tx: \u202ey\n"}
+    )
 
     page = html_of(drawing, None, "")
 

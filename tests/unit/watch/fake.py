@@ -15,22 +15,22 @@ from formiga_bt.show.facts import (
     Box,
     Chart,
     Drawing,
+    FileSpot,
     GoalFact,
     LineFact,
     Now,
     QuestionFact,
-    Span,
-    Spot,
     Stats,
     StepFact,
+    StyledSpan,
     TaskFact,
     TaskPicture,
     Timeline,
     Top,
 )
-from formiga_bt.show.watch.app import Watch
+from formiga_bt.show.watch.app import Dashboard
 from formiga_bt.show.watch.background import here
-from formiga_bt.show.watch.orders import Order, Reply
+from formiga_bt.show.watch.orders import WatchOrder, WatchReply
 
 S = 1_000_000
 NAMED = {"exclamation_mark": "!", "question_mark": "?", "slash": "/", "minus": "-"}
@@ -117,15 +117,21 @@ class FakeSource:
 
 
 def step(path: str, text: str, row: int, *children: Box) -> Box:
-    return Box(path=path, kind="do", label=(Span(text, "agent"),), spot=Spot("pick_up.yaml", row, 3), children=children)
+    return Box(
+        path=path,
+        kind="do",
+        label=(StyledSpan(text, "agent"),),
+        spot=FileSpot("pick_up.yaml", row, 3),
+        children=children,
+    )
 
 
 DRAWING = Drawing(
     task="PickUp",
-    spot=Spot("pick_up.yaml", 2, 1),
+    spot=FileSpot("pick_up.yaml", 2, 1),
     sections=(
         Box(
-            path="steps/", kind="section", label=(Span("steps", "title"),),
+            path="steps/", kind="section", label=(StyledSpan("steps", "title"),),
             children=(step("steps/steps[0]", "drone.TakeOff", 5), step("steps/steps[1]", "drone.GoTo", 7)),
         ),
     ),
@@ -136,11 +142,11 @@ class FakeActor:
     """Keeps what it was sent; says what the test wants."""
 
     def __init__(self) -> None:
-        self.sent: list[Order] = []
-        self.reply = Reply("done")
+        self.sent: list[WatchOrder] = []
+        self.reply = WatchReply("done")
         self.error: Exception | None = None
 
-    def send(self, order: Order) -> Reply:
+    def send(self, order: WatchOrder) -> WatchReply:
         self.sent.append(order)
         if self.error is not None:
             raise self.error
@@ -150,7 +156,7 @@ class FakeActor:
 class Room:
     """A watch under test."""
 
-    def __init__(self, source: FakeSource, actor: FakeActor, app: Watch, pilot: Pilot[None]) -> None:
+    def __init__(self, source: FakeSource, actor: FakeActor, app: Dashboard, pilot: Pilot[None]) -> None:
         self.source, self.actor, self.app, self._pilot = source, actor, app, pilot
         self.clock_s = 100.0
 
@@ -213,7 +219,7 @@ def watching(
     rooms: list[Room] = []
 
     async def run() -> None:
-        app = Watch(
+        app = Dashboard(
             source, None if read_only else actor, clock=lambda: rooms[0].clock_s if rooms else 100.0, away=here,
             every_s=None, **options,
         )  # fmt: skip

@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.show.facts import AgentFact, Now, QuestionFact, Top
 from formiga_bt.show.watch.guards import PATIENCE_S, Gate, cannot_answer, guard_of
-from formiga_bt.show.watch.orders import Order
+from formiga_bt.show.watch.orders import WatchOrder
 from tests.unit.watch.fake import AT, agent, question
 
 
@@ -14,13 +14,13 @@ def site(*agents: AgentFact, questions: tuple[QuestionFact, ...] = ()) -> Now:
     )  # fmt: skip
 
 
-HWD = Order(verb="hold", kind="agent", target="hwd_1")
+HWD = WatchOrder(verb="hold", kind="agent", target="hwd_1")
 UP = site(agent("hwd_1", task="PickUp-1"))
 DOWN = site(agent("hwd_1", task="PickUp-1", landed="grounded"), agent("eve", task="PickUp-1", human=True, landed=""))
 
 
-def order(verb: str, kind: str = "agent", target: str = "hwd_1", how: str = "", by: str = "") -> Order:
-    return Order(verb=verb, kind=kind, target=target, how=how, by=by)  # type: ignore[arg-type]
+def order(verb: str, kind: str = "agent", target: str = "hwd_1", how: str = "", by: str = "") -> WatchOrder:
+    return WatchOrder(verb=verb, kind=kind, target=target, how=how, by=by)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def order(verb: str, kind: str = "agent", target: str = "hwd_1", how: str = "", 
         (order("cut"), UP, "typed"),
     ],
 )
-def test_what_is_asked_first(given: Order, now: Now, kind: str) -> None:
+def test_what_is_asked_first(given: WatchOrder, now: Now, kind: str) -> None:
     guard = guard_of(given, now)
     assert guard.kind == kind
     assert guard.text == "" if kind == "none" else given.target in guard.text
@@ -113,7 +113,7 @@ def test_lockdown_needs_its_key_twice_within_two_seconds() -> None:
     assert not gate.is_open
 
 
-def typed(text: str, end: str = "enter") -> Order | None:
+def typed(text: str, end: str = "enter") -> WatchOrder | None:
     gate = Gate()
     gate.begin(order("cut"), UP, 0.0)
     for character in text:

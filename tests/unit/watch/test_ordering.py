@@ -2,13 +2,13 @@
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.show.facts import LineFact
-from formiga_bt.show.watch.orders import Reply
+from formiga_bt.show.watch.orders import WatchReply
 from tests.unit.watch.fake import AT, FakeSource, Room, S, agent, many, question, task, watching
 
 
 def test_hold_and_return_leave_at_once_and_the_reply_is_shown() -> None:
     async def order(room: Room) -> None:
-        room.actor.reply = Reply("hwd_1 hovers; it returns by itself in 12 min\nnext: formiga continue PickUp-1")
+        room.actor.reply = WatchReply("hwd_1 hovers; it returns by itself in 12 min\nnext: formiga continue PickUp-1")
         await room.press("h")
         assert room.sent == ["hold PickUp-1"]
         assert room.shows("hold PickUp-1: hwd_1 hovers; it returns by itself in 12 min")
@@ -311,7 +311,7 @@ def test_no_answer_to_an_order_is_told_as_such_and_a_refusal_as_refusal() -> Non
         room.actor.error = FormigaError("the engine does not answer")
         await room.press("h")
         assert room.shows("hold PickUp-1: NO ANSWER, the engine may have got it or not: the engine does not answer")
-        room.actor.error, room.actor.reply = None, Reply("REFUSED: hwd_1 is lost", good=False)
+        room.actor.error, room.actor.reply = None, WatchReply("REFUSED: hwd_1 is lost", good=False)
         await room.press("h")
         assert room.shows("hold PickUp-1: REFUSED: hwd_1 is lost")
         assert any("REFUSED" in one.text and one.style.color.name == "red" for one in room.styled)

@@ -10,8 +10,8 @@ from formiga_bt.base.diagnostics import LeftAirborne, Mark
 from formiga_bt.lang.checks.agreeing import Assumed, Splits
 from formiga_bt.lang.checks.flight.flight_states import (
     Air,
-    Ends,
-    Place,
+    InterpreterPlace,
+    Outcomes,
     Sky,
     States,
     Why,
@@ -66,8 +66,8 @@ class Doing:
         """Calls that pass one machine twice, of which that was told."""
         self.again: set[str] = set()
         """Loop names whose list has a machine twice, so that the next round may begin as the last one ended."""
-        self.rounds: dict[tuple[object, ...], tuple[Sky | None, Ends]] = {}
-        self.calls: dict[tuple[object, ...], Ends] = {}
+        self.rounds: dict[tuple[object, ...], tuple[Sky | None, Outcomes]] = {}
+        self.calls: dict[tuple[object, ...], Outcomes] = {}
         """What was followed before, by place and states: how it ended."""
 
     def flies(self, role: Role) -> bool:
@@ -99,11 +99,11 @@ class Doing:
             what = f"a failure at {mark.said} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
             self.problems.add("W032", mark, what, "give the type a recover subtree in the catalogue")
 
-    def _release(self, step: Release, sky: Sky, here: Place) -> Ends:
+    def _release(self, step: Release, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Check that what may be in the air can be brought home; afterwards the machine is none of the task's."""
         name = step.who.name
         if name not in sky:
-            return Ends(sky, None)
+            return Outcomes(sky, None)
         states = sky[name]
         why = states.get("airborne") or (states.get("unknown") if not here.lenient else None)
         stranded = [one for one in self._types_of(name, here) if one in self.types and self.types[one].recover is None]
@@ -114,19 +114,19 @@ class Doing:
             self.problems.add("E033", here.call or step.mark, what, "land it first")
             self.reported |= {shown, *self.owners.get(shown, ())}
         gone: States = {"grounded": Why("", step.mark)}
-        return Ends({**sky, name: gone}, None)
+        return Outcomes({**sky, name: gone}, None)
 
-    def _types_of(self, name: str, here: Place) -> tuple[str, ...]:
+    def _types_of(self, name: str, here: InterpreterPlace) -> tuple[str, ...]:
         shown = (here.outer or {}).get(name, name)
         roles = [shown.partition("[")[0], *self.owners.get(shown, ())]
         return tuple(of for role in roles for of in self.roles.get(role, ()))
 
-    def _do(self, step: Do, sky: Sky, here: Place) -> Ends:
+    def _do(self, step: Do, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Check the action's precondition and apply its effect."""
         spec = self.actions.get(step.action)
         role = step.who.name
         if role not in sky or spec is None:
-            return Ends(sky, failing(sky, step.mark, here))
+            return Outcomes(sky, failing(sky, step.mark, here))
         states = sky[role]
         self._check_requires(step, spec, states, here)
         mark = here.call or step.mark
@@ -141,9 +141,9 @@ class Doing:
             if spec.requires and not after:
                 after = {spec.requires: Why("", mark)}
             broken = {state: Why(failed, mark, mark) for state in states}
-        return Ends({**sky, role: after}, {**(failing(sky, step.mark, here) or {}), role: broken})
+        return Outcomes({**sky, role: after}, {**(failing(sky, step.mark, here) or {}), role: broken})
 
-    def _check_requires(self, step: Do, spec: ActionSpec, states: States, here: Place) -> None:
+    def _check_requires(self, step: Do, spec: ActionSpec, states: States, here: InterpreterPlace) -> None:
         """Report E030 once for the first state in which the action cannot start."""
         want = spec.requires
         role = (here.outer or {}).get(step.who.name, step.who.name)

@@ -32,7 +32,7 @@ of a sky = no path leads here."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ends:
+class Outcomes:
     """What a step leaves behind when it succeeds, fails, or is skipped."""
 
     success: Sky | None
@@ -43,7 +43,7 @@ class Ends:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class InterpreterPlace:
     """Where the interpreter is: how to report, and what local names are called outside."""
 
     file: str
@@ -63,7 +63,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class ReachedStates:
     """Where steps have led to, when conditions turned out so."""
 
     assumed: Mapping[int, bool]
@@ -93,12 +93,12 @@ def start(role: Role) -> States:
     return {"grounded": why, "airborne": why}
 
 
-def line_of(mark: Mark, here: Place) -> str:
+def line_of(mark: Mark, here: InterpreterPlace) -> str:
     """Return the line of a mark in words, with its file if that is another one."""
     return f"{mark.said}" if mark.file == here.file else f"{mark.said} of {PurePath(mark.file).name}"
 
 
-def failing(sky: Sky | None, mark: Mark, here: Place, how: str = "failed") -> Sky | None:
+def failing(sky: Sky | None, mark: Mark, here: InterpreterPlace, how: str = "failed") -> Sky | None:
     """Return the sky after a step failed (or what else it did, in words), with that as the reason of every state."""
     if sky is None:
         return None

@@ -11,10 +11,10 @@ from typing import Final
 from formiga_bt.lang.checks.agreeing import MOST
 from formiga_bt.lang.checks.flight.doing import Doing
 from formiga_bt.lang.checks.flight.flight_states import (
-    Ends,
-    Place,
+    InterpreterPlace,
+    Outcomes,
+    ReachedStates,
     Sky,
-    Way,
     Why,
     because,
     failing,
@@ -28,7 +28,7 @@ from formiga_bt.lang.checks.flight.flight_states import (
     start,
     without,
 )
-from formiga_bt.lang.checks.flight.machines import Bound, back, both, commanded, is_filled, machines_of, twins_of
+from formiga_bt.lang.checks.flight.machines import MachineSet, back, both, commanded, is_filled, machines_of, twins_of
 from formiga_bt.lang.checks.flight.renaming import renamed
 from formiga_bt.lang.model import (
     Ask,
@@ -68,25 +68,25 @@ class Interpreter(Doing):
             return None
         return narrow(sky, cond, holds)
 
-    def _steps(self, steps: tuple[Step, ...], sky: Sky, here: Place) -> Ends:
+    def _steps(self, steps: tuple[Step, ...], sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret steps one after another."""
         splits = self.splits.get(id(steps), ())
-        ways = [Way({}, sky, sky if steps else None)]
+        ways = [ReachedStates({}, sky, sky if steps else None)]
         outer = self.assumed
         failure: Sky | None = None
         for index, step in enumerate(steps):
             for split in splits:
                 if split.first == index and len(ways) < 2**MOST:
                     ways = [replace(way, assumed={**way.assumed, **turn}) for way in ways for turn in split.ways]
-            after: dict[tuple[tuple[int, bool], ...], Way] = {}
+            after: dict[tuple[tuple[int, bool], ...], ReachedStates] = {}
             over = {cond for split in splits if split.last == index for cond in split.ways[0]}
             for way in ways:
                 self.assumed = {**outer, **way.assumed} if way.assumed else outer
                 at, broken, idle = self._one_after(step, way, here)
                 failure = join(failure, broken)
                 assumed = {cond: holds for cond, holds in way.assumed.items() if cond not in over}
-                same_ = after.get(tuple(assumed.items()), Way(assumed, None, None))
-                after[tuple(assumed.items())] = Way(assumed, join(same_.at, at), join(same_.idle, idle))
+                same_ = after.get(tuple(assumed.items()), ReachedStates(assumed, None, None))
+                after[tuple(assumed.items())] = ReachedStates(assumed, join(same_.at, at), join(same_.idle, idle))
             self.assumed = outer
             ways = list(after.values())
             if all(way.at is None for way in ways):
@@ -94,9 +94,11 @@ class Interpreter(Doing):
         at, idle = None, None
         for way in ways:
             at, idle = join(at, way.at), join(idle, way.idle)
-        return Ends(at, failure, idle)
+        return Outcomes(at, failure, idle)
 
-    def _one_after(self, step: Step, way: Way, here: Place) -> tuple[Sky | None, Sky | None, Sky | None]:
+    def _one_after(
+        self, step: Step, way: ReachedStates, here: InterpreterPlace
+    ) -> tuple[Sky | None, Sky | None, Sky | None]:
         """Return where a step leads to after those before it, where it failed, and the sky if none of them did anything."""
         idle = way.idle
         if idle is not None:
@@ -107,14 +109,14 @@ class Interpreter(Doing):
         skipped = f"when {line_of(step.mark, here)} was skipped"
         return join(ends.success, ends.skipped, only_right=skipped), ends.failure, idle
 
-    def _step(self, step: Step, sky: Sky, here: Place) -> Ends:
+    def _step(self, step: Step, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret one step with its modifiers."""
         run: Sky | None = sky
         skipped: Sky | None = None
         if step.when is not None:
             run, skipped = self._narrow(sky, step.when, True), self._narrow(sky, step.when, False)
         if run is None:
-            return Ends(None, None, skipped)
+            return Outcomes(None, None, skipped)
         with self.problems.within(step.title):
             ends = self._attempts(step, run, here)
         success, failure = ends.success, ends.failure
@@ -122,16 +124,16 @@ class Interpreter(Doing):
             failure = join(failure, failing(join(join(success, run), ends.midway), step.mark, here))
         if step.ignore_failure:
             success, failure = join(success, failure), None
-        return Ends(success, failure, join(ends.skipped, skipped))
+        return Outcomes(success, failure, join(ends.skipped, skipped))
 
-    def _attempts(self, step: Step, sky: Sky, here: Place) -> Ends:
+    def _attempts(self, step: Step, sky: Sky, here: InterpreterPlace) -> Outcomes:
         first = self._kind(step, sky, here)
         if step.retry is None or first.failure is None:
             return first
         again = self._kind(step, first.failure, replace(here, lenient=True))
-        return Ends(join(first.success, again.success), join(first.failure, again.failure), first.skipped)
+        return Outcomes(join(first.success, again.success), join(first.failure, again.failure), first.skipped)
 
-    def _kind(self, step: Step, sky: Sky, here: Place) -> Ends:
+    def _kind(self, step: Step, sky: Sky, here: InterpreterPlace) -> Outcomes:
         match step:
             case Do():
                 return self._do(step, sky, here)
@@ -146,13 +148,13 @@ class Interpreter(Doing):
             case Switch():
                 return self._switch(step, sky, here)
             case Check():
-                return Ends(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
+                return Outcomes(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
             case Fail():
-                return Ends(None, failing(sky, step.mark, here))
+                return Outcomes(None, failing(sky, step.mark, here))
             case Ask() | WaitFor() | Request():
-                return Ends(sky, failing(sky, step.mark, here))
+                return Outcomes(sky, failing(sky, step.mark, here))
             case WaitUntil():
-                return Ends(narrow(sky, step.cond, True) or sky, failing(sky, step.mark, here))
+                return Outcomes(narrow(sky, step.cond, True) or sky, failing(sky, step.mark, here))
             case Parallel():
                 return self._parallel(step, sky, here)
             case Loop():
@@ -168,9 +170,9 @@ class Interpreter(Doing):
             case WithAgents():
                 return self._with_agents(step, sky, here)
             case _:
-                return Ends(sky, None)
+                return Outcomes(sky, None)
 
-    def _fallback(self, step: Fallback, sky: Sky, here: Place) -> Ends:
+    def _fallback(self, step: Fallback, sky: Sky, here: InterpreterPlace) -> Outcomes:
         success: Sky | None = None
         at: Sky | None = sky
         for child in step.steps:
@@ -181,19 +183,19 @@ class Interpreter(Doing):
             if step.reactive:
                 success = join(success, failing(join(at, ends.failure), step.mark, here, "stopped it"))
             at = join(ends.failure, ends.skipped)
-        return Ends(success, at)
+        return Outcomes(success, at)
 
-    def _if(self, step: If, sky: Sky, here: Place) -> Ends:
+    def _if(self, step: If, sky: Sky, here: InterpreterPlace) -> Outcomes:
         yes, no = self._narrow(sky, step.cond, True), self._narrow(sky, step.cond, False)
-        dead = Ends(None, None)
+        dead = Outcomes(None, None)
         then = self._steps(step.then, yes, here) if yes is not None else dead
         other = self._steps(step.otherwise, no, here) if no is not None else dead
         line = line_of(step.mark, here)
         after_then, after_else = join(then.success, then.skipped), join(other.success, other.skipped)
         success = join(after_then, after_else, f"when {line} was true", f"when {line} was false")
-        return Ends(success, join(then.failure, other.failure))
+        return Outcomes(success, join(then.failure, other.failure))
 
-    def _switch(self, step: Switch, sky: Sky, here: Place) -> Ends:
+    def _switch(self, step: Switch, sky: Sky, here: InterpreterPlace) -> Outcomes:
         success: Sky | None = None
         failure: Sky | None = None
         first = ""
@@ -204,11 +206,11 @@ class Interpreter(Doing):
             success = join(success, join(ends.success, ends.skipped), first if index == 1 else "", path)
             failure = join(failure, ends.failure)
             first = first or path
-        return Ends(success, failure)
+        return Outcomes(success, failure)
 
-    def _call(self, step: Call, sky: Sky, here: Place) -> Ends:
+    def _call(self, step: Call, sky: Sky, here: InterpreterPlace) -> Outcomes:
         subtree = step.subtree
-        bound: dict[str, Bound] = {}
+        bound: dict[str, MachineSet] = {}
         for name, arg in step.args.items():
             machines = machines_of(arg, sky)
             if machines.keys and agent_type(subtree.params[name].type).name == "agent":
@@ -217,7 +219,7 @@ class Interpreter(Doing):
         bound = {name: one for name, one in bound.items() if name not in twins}
         outer = here.outer or {}
         begins = next((do.mark for child in subtree.steps for _, do in orders(child)), None)
-        inside = Place(
+        inside = InterpreterPlace(
             here.file,
             silent=here.silent or (subtree.mark.file, subtree.mark.line) in self.broken,
             lenient=here.lenient,
@@ -233,11 +235,11 @@ class Interpreter(Doing):
         if known not in self.calls:
             self.calls[known] = self._steps(renamed(subtree.steps, twins) if twins else subtree.steps, local, inside)
         ends = self.calls[known]
-        return Ends(*(back(sky, end, bound) for end in (ends.success, ends.failure, ends.skipped)))
+        return Outcomes(*(back(sky, end, bound) for end in (ends.success, ends.failure, ends.skipped)))
 
     # --- branches ----------------------------------------------------------------------------------------------
 
-    def _parallel(self, step: Parallel, sky: Sky, here: Place) -> Ends:
+    def _parallel(self, step: Parallel, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret each branch by itself; what the others command is unknown to it."""
         mine = [commanded(branch, sky) for branch in step.steps]
         success, failure = dict(sky), dict(sky)
@@ -254,24 +256,24 @@ class Interpreter(Doing):
                 anywhere = merge((end, broken, sky[key]))
                 success[key] = end if sure else anywhere
                 failure[key] = anywhere
-        return Ends(None if dead else success, failing(failure, step.mark, here))
+        return Outcomes(None if dead else success, failing(failure, step.mark, here))
 
-    def _guard(self, step: Guard, sky: Sky, here: Place) -> Ends:
+    def _guard(self, step: Guard, sky: Sky, here: InterpreterPlace) -> Outcomes:
         inside = narrow(sky, step.cond, True)
-        ends = self._steps(step.steps, inside, here) if inside is not None else Ends(None, None)
+        ends = self._steps(step.steps, inside, here) if inside is not None else Outcomes(None, None)
         stopped = failing(join(sky, ends.success), step.mark, here, "stopped it")
-        return Ends(ends.success, join(ends.failure, stopped), ends.skipped)
+        return Outcomes(ends.success, join(ends.failure, stopped), ends.skipped)
 
-    def _sequence(self, step: Sequence, sky: Sky, here: Place) -> Ends:
+    def _sequence(self, step: Sequence, sky: Sky, here: InterpreterPlace) -> Outcomes:
         ends = self._steps(step.steps, sky, here)
         if step.reactive:
             ends = replace(ends, failure=join(ends.failure, failing(join(sky, ends.success), step.mark, here)))
         if not step.finally_:
             return ends
         tidy = replace(here, lenient=True)
-        return Ends(self._tidied(step, ends.success, tidy), self._tidied(step, ends.failure, tidy), ends.skipped)
+        return Outcomes(self._tidied(step, ends.success, tidy), self._tidied(step, ends.failure, tidy), ends.skipped)
 
-    def _tidied(self, step: Sequence, sky: Sky | None, here: Place) -> Sky | None:
+    def _tidied(self, step: Sequence, sky: Sky | None, here: InterpreterPlace) -> Sky | None:
         """Return what `finally` leaves; as at the end of a task, its own failure is not followed."""
         if sky is None:
             return None
@@ -281,7 +283,7 @@ class Interpreter(Doing):
 
     # --- loops -------------------------------------------------------------------------------------------------
 
-    def _loop(self, step: Loop, sky: Sky, here: Place) -> Ends:
+    def _loop(self, step: Loop, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret rounds until nothing new comes back to their start."""
         head, broke, ends = self._rounds(step, sky, here, step.cond)
         end = join(ends.success, ends.skipped)
@@ -294,9 +296,11 @@ class Interpreter(Doing):
             out = join(join(out, end), sky, only_right=none)
         if step.times is not None or step.duration is not None or step.max is not None:
             out = join(out, end)
-        return Ends(out, ends.failure, None, join(head, end))
+        return Outcomes(out, ends.failure, None, join(head, end))
 
-    def _rounds(self, step: Loop | For, sky: Sky, here: Place, cond: Expr | None) -> tuple[Sky, Sky | None, Ends]:
+    def _rounds(
+        self, step: Loop | For, sky: Sky, here: InterpreterPlace, cond: Expr | None
+    ) -> tuple[Sky, Sky | None, Outcomes]:
         """Return where a round may start, where the loop was left by `break_if`, and how a round ends."""
         head, quiet = sky, replace(here, silent=True)
         path = f"after a round of the loop at {line_of(step.mark, here)}"
@@ -313,13 +317,15 @@ class Interpreter(Doing):
         broke, ends = self._round(step, head, here, cond)
         return head, broke, ends
 
-    def _round(self, step: Loop | For, head: Sky, here: Place, cond: Expr | None) -> tuple[Sky | None, Ends]:
+    def _round(
+        self, step: Loop | For, head: Sky, here: InterpreterPlace, cond: Expr | None
+    ) -> tuple[Sky | None, Outcomes]:
         known = (step.seg, step.mark, signature(head), here, *self.assumed.items())
         if here.silent and known in self.rounds:  # loops in loops would be followed exponentially often
             return self.rounds[known]
         at = narrow(head, cond, True) if cond is not None else head
         self.breaks.append(None)
-        ends = self._steps(step.steps, at, here) if at is not None else Ends(None, None)
+        ends = self._steps(step.steps, at, here) if at is not None else Outcomes(None, None)
         self.rounds[known] = self.breaks.pop(), ends
         return self.rounds[known]
 
@@ -329,13 +335,13 @@ class Interpreter(Doing):
             return end
         return {**end, **{name: sky[name] for name in step.lists if name in sky and name not in self.again}}
 
-    def _break_if(self, step: BreakIf, sky: Sky, here: Place) -> Ends:
+    def _break_if(self, step: BreakIf, sky: Sky, here: InterpreterPlace) -> Outcomes:
         if self.breaks:
             left, path = narrow(sky, step.cond, True), f"when {line_of(step.mark, here)} left the loop"
             self.breaks[-1] = join(self.breaks[-1], because(left, path))
-        return Ends(narrow(sky, step.cond, False), None)
+        return Outcomes(narrow(sky, step.cond, False), None)
 
-    def _for(self, step: For, sky: Sky, here: Place) -> Ends:
+    def _for(self, step: For, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret the body once for all items: what it does to one it does, by the end, to each of the list."""
         bound = {name: one for name, expr in step.lists.items() if (one := machines_of(expr, sky)).keys}
         twins = twins_of(bound, step)
@@ -362,9 +368,9 @@ class Interpreter(Doing):
         success = join(success, back(sky, broke, loose))
         if step.need != "all":
             success, failure = join(success, failure), failing(join(success, failure), step.mark, here)
-        return Ends(success, failure, None, back(sky, join(inside, end), loose))
+        return Outcomes(success, failure, None, back(sky, join(inside, end), loose))
 
-    def _with_agents(self, step: WithAgents, sky: Sky, here: Place) -> Ends:
+    def _with_agents(self, step: WithAgents, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret a block with machines of its own, which must be down at its end as those of a task at the task's."""
         flying = [r for r in step.roles.values() if self.flies(r) and not any(key in sky for key in keys_of(r))]
         own = {key: start(role) for role in flying for key in keys_of(role)}
@@ -386,4 +392,4 @@ class Interpreter(Doing):
             self.breaks[-1] = join(self.breaks[-1], without(broke, own))
         nobody = failing(sky, step.mark, here)
         failure = join(without(ends.failure, own), nobody)
-        return Ends(without(ends.success, own), failure, without(ends.skipped, own), without(ends.midway, own))
+        return Outcomes(without(ends.success, own), failure, without(ends.skipped, own), without(ends.midway, own))

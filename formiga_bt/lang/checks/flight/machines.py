@@ -15,7 +15,7 @@ _AROUND: Final = re.compile(r"reverse\((.*)\)")
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class MachineSet:
     """The machines that an expression stands for. `all`: every one of them, so that what happens to it happens to each."""
 
     name: str
@@ -31,31 +31,35 @@ class Bound:
         return merge(sky[key] for key in self.keys)
 
 
-def machines_of(expr: Expr, sky: Sky) -> Bound:
+def machines_of(expr: Expr, sky: Sky) -> MachineSet:
     """Return the machines that an expression stands for; no keys if there are none that fly."""
     name, item = item_name(expr)
     if not name and (found := _AROUND.fullmatch(bare(expr))) is not None:
         name = found[1].strip()
     listed = _listed(name, sky)
     if name in sky:
-        return Bound(name, (name,))
+        return MachineSet(name, (name,))
     if name and not item and listed:
-        return Bound(name, listed, open=listed[0].endswith("[*]"))
+        return MachineSet(name, listed, open=listed[0].endswith("[*]"))
     value = agents_of(expr, _names(sky))
     if value is not None:  # an agent that is written by its id is none of the machines of the task
         every = [one.id for one in ((value,) if isinstance(value, AgentRef) else value) if one.id in sky]
         those = tuple(dict.fromkeys(every))
         first = "".join(those[:1])
-        return Bound(
+        return MachineSet(
             first if isinstance(value, AgentRef) else first.partition("[")[0], those, twice=len(those) < len(every)
         )
     if item and listed:
         one = listed[-1] if item == "[-1]" else name + item
-        return Bound(name + item, (one,)) if one in sky and one[-2] != "*" else Bound(name + item, listed, all=False)
+        return (
+            MachineSet(name + item, (one,))
+            if one in sky and one[-2] != "*"
+            else MachineSet(name + item, listed, all=False)
+        )
     reads = tuple(dict.fromkeys(read.name for read in expr.reads if not read.field))
     keys = tuple(key for one in reads for key in ((one,) if one in sky else _listed(one, sky)))
     display = expr.source == "" or re.fullmatch(r"\[[\w\s,]*\]", bare(expr)) is not None
-    return Bound("".join(reads[:1]), keys, all=display and keys == reads)
+    return MachineSet("".join(reads[:1]), keys, all=display and keys == reads)
 
 
 def _names(sky: Sky) -> dict[str, Value]:
@@ -71,7 +75,7 @@ def _names(sky: Sky) -> dict[str, Value]:
     return {**names, **{name: tuple(machines) for name, machines in lists.items()}}
 
 
-def twins_of(bound: Mapping[str, Bound], step: For | None = None) -> dict[str, str]:
+def twins_of(bound: Mapping[str, MachineSet], step: For | None = None) -> dict[str, str]:
     """Return the local names that surely are the same machine as an earlier one, with that one.
 
     Of params of a subtree those that get one machine; of the names of a loop (`step`) those that go over the same list.
@@ -96,7 +100,7 @@ def _listed(name: str, sky: Sky) -> tuple[str, ...]:
     return tuple(key for key in sky if key.startswith(f"{name}[")) if name else ()
 
 
-def back(sky: Sky, end: Sky | None, bound: Mapping[str, Bound]) -> Sky | None:
+def back(sky: Sky, end: Sky | None, bound: Mapping[str, MachineSet]) -> Sky | None:
     """Return a sky with what happened to the machines that had local names."""
     if end is None:
         return None

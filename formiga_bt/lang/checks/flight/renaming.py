@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.lang.model import Do, Expr, Read, Step, Subtree, Who
+from formiga_bt.lang.model import Dependency, Do, Expr, Step, Subtree, Who
 
 
 def renamed(steps: tuple[Step, ...], names: Mapping[str, str]) -> tuple[Step, ...]:
@@ -42,5 +42,5 @@ def _expression(expr: Expr, names: Mapping[str, str]) -> Expr:
     words = "|".join(map(re.escape, names))
     source = re.sub(rf"(?<![.\w])(?:{words})\b", lambda found: names[found[0]], expr.source)
     return replace(
-        expr, source=source, reads=tuple(Read(names.get(one.name, one.name), one.field) for one in expr.reads)
+        expr, source=source, reads=tuple(Dependency(names.get(one.name, one.name), one.field) for one in expr.reads)
     )

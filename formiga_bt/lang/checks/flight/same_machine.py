@@ -11,7 +11,7 @@ from itertools import combinations, product
 from typing import Final
 
 from formiga_bt.base.diagnostics import CommandedTwice, Mark
-from formiga_bt.lang.checks.flight.flight_states import Place, keys_of, line_of
+from formiga_bt.lang.checks.flight.flight_states import InterpreterPlace, keys_of, line_of
 from formiga_bt.lang.checks.known import agents_of
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, For, Parallel, Param, Release, Role, Step, WithAgents
 from formiga_bt.lang.text.reading import Problems
@@ -150,7 +150,7 @@ class _SameMachine:
                 names = _base(one), _base(other)
                 if certain == _SURE:
                     mark = frame.call or step.mark
-                    where = f"{first.mark.said} and {line_of(second.mark, Place(mark.file))}"
+                    where = f"{first.mark.said} and {line_of(second.mark, InterpreterPlace(mark.file))}"
                     self._at_once(
                         word,
                         f"two parallel branches of {frame.of}",

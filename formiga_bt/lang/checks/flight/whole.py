@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.checks.agreeing import Assumed, Splits, ways
-from formiga_bt.lang.checks.flight.flight_states import Ends, Place, Sky, Why, keys_of, start
+from formiga_bt.lang.checks.flight.flight_states import InterpreterPlace, Outcomes, Sky, Why, keys_of, start
 from formiga_bt.lang.checks.flight.interpreter import Interpreter
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
 from formiga_bt.lang.text.reading import Problems
@@ -76,7 +76,7 @@ class _Flight(Interpreter):
             self._check_subtree(subtree)
         flying = [role for role in self.task.roles.values() if self.flies(role)]
         sky: Sky = {key: start(role) for role in flying for key in keys_of(role)}
-        here = Place(self.file)
+        here = InterpreterPlace(self.file)
         with self.problems.within("steps"):
             ends = self._steps(self.task.steps, sky, here)
         for name, steps in (("on_failure", self.task.on_failure), ("on_abort", self.task.on_abort)):
@@ -92,16 +92,16 @@ class _Flight(Interpreter):
         }
         before = len(self.problems.found)
         with self.problems.outermost(subtree.name, "steps"):
-            self._steps(subtree.steps, unknown, Place(subtree.mark.file, lenient=True))
+            self._steps(subtree.steps, unknown, InterpreterPlace(subtree.mark.file, lenient=True))
         if len(self.problems.found) > before:
             self.broken.add((subtree.mark.file, subtree.mark.line))
 
     def _check_cleanup(self, name: str, steps: tuple[Step, ...], flying: list[Role]) -> None:
         unknown: Sky = {key: {"unknown": Why("", role.mark)} for role in flying for key in keys_of(role)}
         with self.problems.within(name):
-            self._steps(steps, unknown, Place(self.file, lenient=True))
+            self._steps(steps, unknown, InterpreterPlace(self.file, lenient=True))
 
-    def _check_end(self, ends: Ends, flying: list[Role], here: Place) -> None:
+    def _check_end(self, ends: Outcomes, flying: list[Role], here: InterpreterPlace) -> None:
         final = ends.success
         if final is not None:
             before = len(self.problems.found)

@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
-from formiga_bt.engine.kernel.records import Found, GoalRecord, Lockdown, Verdict
+from formiga_bt.engine.kernel.records import FoundMachine, GoalRecord, Lockdown, Verdict
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal.testing import packaged_world
@@ -80,26 +80,26 @@ def test_a_task_that_was_interrupted_by_a_lockdown_waits_for_a_word(state: Engin
     [
         ({}, {}, "grounded", "", "formiga continue PickUp-3 | formiga abort PickUp-3"),
         (
-            {"hwd_1": Found("was moved")}, {}, "grounded", "; hwd_1 was moved while the engine was away",
+            {"hwd_1": FoundMachine("was moved")}, {}, "grounded", "; hwd_1 was moved while the engine was away",
             "formiga continue PickUp-3 | formiga abort PickUp-3",
         ),
         (
-            {"hwd_1": Found("landed", flew=True)}, {}, "grounded",
+            {"hwd_1": FoundMachine("landed", flew=True)}, {}, "grounded",
             "; hwd_1 landed while the engine was away, and its next step may need hwd_1 in the air",
             "formiga restart PickUp-3 | formiga abort PickUp-3",
         ),
         (  # a pilot brought it up again
-            {"hwd_1": Found("landed", flew=True)}, {}, "airborne", "; hwd_1 landed while the engine was away",
+            {"hwd_1": FoundMachine("landed", flew=True)}, {}, "airborne", "; hwd_1 landed while the engine was away",
             "formiga continue PickUp-3 | formiga abort PickUp-3",
         ),
         (  # what ends is not begun anew
-            {"hwd_1": Found("landed", flew=True)}, {"section": "on_failure"}, "grounded",
+            {"hwd_1": FoundMachine("landed", flew=True)}, {"section": "on_failure"}, "grounded",
             "; hwd_1 landed while the engine was away", "formiga continue PickUp-3 | formiga abort PickUp-3",
         ),
     ],
 )  # fmt: skip
 def test_what_was_found_after_an_outage_is_told_and_says_whether_it_can_go_on(
-    state: EngineState, found: dict[str, Found], fields: dict[str, Any], landed: str, tail: str, hint: str
+    state: EngineState, found: dict[str, FoundMachine], fields: dict[str, Any], landed: str, tail: str, hint: str
 ) -> None:
     held(state, "resume", found=found, **fields)
     state.agents["hwd_1"] = machine("hwd_1", landed=landed)

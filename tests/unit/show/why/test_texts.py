@@ -13,7 +13,7 @@ from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.policy import closest_charged
 from formiga_bt.engine.kernel.inputs import Abort, Operator
-from formiga_bt.engine.kernel.records import GoalRecord, Question, Recovering, Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import AgentRequest, GoalRecord, Question, Recovering, RoleRequest, Verdict
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.nodes.run import Failure
@@ -22,7 +22,7 @@ from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from formiga_bt.show.facts import ActionFact
 from formiga_bt.show.why.chosen import chosen
 from formiga_bt.show.why.front import explain
-from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.text import in_words
 from tests.unit.services.fakes import NOW, machine, order, task
 
@@ -403,7 +403,7 @@ def test_a_failure_tells_what_was_tried_what_the_cleanup_did_and_who_stayed_out(
 
 def test_many_agents_refused_for_one_reason_are_counted(state: EngineState) -> None:
     state.tasks["PickUp-3"] = task("PickUp-3", status="PENDING", section="", submitted_at=NOW - 5 * SECOND)
-    state.requests["PickUp-3"] = Request(
+    state.requests["PickUp-3"] = AgentRequest(
         holder="PickUp-3", priority="high", order=1, at=NOW,
         roles=(RoleRequest(role="drone", types=("hwd",), human=False),), expires=NOW + 90 * SECOND,
     )  # fmt: skip
@@ -476,10 +476,10 @@ def test_a_choice_by_charge_gives_the_numbers_of_those_with_little() -> None:
         )
         for number, battery in ((2, 100.0), (1, 27.0))
     )  # fmt: skip
-    asked = Request(holder="T-1", priority="medium", order=1, at=0, roles=(wish,))
+    asked = AgentRequest(holder="T-1", priority="medium", order=1, at=0, roles=(wish,))
     verdicts = closest_charged([asked], [low, full]).verdicts["T-1"]
     done = task("T-1", status="SUCCEEDED", section="done", roles={})
-    scene = Scene(EngineState(tasks={"T-1": done}, explanations={"T-1": verdicts}), {}, NOW)
+    scene = WhyScene(EngineState(tasks={"T-1": done}, explanations={"T-1": verdicts}), {}, NOW)
 
     (line,) = chosen(scene, done)
 
