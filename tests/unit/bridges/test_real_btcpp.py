@@ -16,7 +16,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.lang.loader import load_task_text
 from tests.property.strategies import task_text
 from tests.property.world import CARTS, Deed, Event, yard
-from tests.property.world import CheckWorld as Yard
+from tests.property.world import World as Yard
 from tests.unit.bridges.conftest import ROOT
 from tests.unit.bridges.real import load
 
