@@ -64,6 +64,11 @@ class Grid(Generic[T]):
             if not held:
                 del self._cells[cell]
 
+    def get(self, key: str) -> T | None:
+        """Return the thing that stands under a key, or None."""
+        entry = self._entries.get(key)
+        return entry[4] if entry is not None else None
+
     def near(self, box: Box) -> list[T]:
         """Return all things whose box meets this one. Sort them before their order may matter."""
         west, east, south, north = box

@@ -15,7 +15,7 @@ from formiga_bt.base.energy import CALM, hover_pct
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.core import EVERYTHING, Core
+from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.news import ClearanceDenied
@@ -202,7 +202,6 @@ class Clearances:
             )
         )  # fmt: skip
         core.set_deadline(ClearanceDue(agent_id), core.now + CLEARANCE_LIFE_US)
-        core.stale.add(EVERYTHING)
 
     def on_deadline(self, due: ClearanceDue | ClearanceAgain) -> None:
         """Ask again after `wait`, or give up."""

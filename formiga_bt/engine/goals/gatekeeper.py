@@ -5,6 +5,8 @@ in the order safety goal or way home, priority, age. What the gate sees is `engi
 that wait for each other is `engine.goals.air_holding`.
 """
 
+from collections.abc import Sequence
+
 from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
@@ -13,7 +15,8 @@ from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
 from formiga_bt.engine.kernel.records import BUSY, GoalRecord
 from formiga_bt.engine.kernel.timers import AcceptDue
-from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
+from formiga_bt.safety.gate import GateInput, Go, Hold, Refuse, Verdict, judge, may_go_again
+from formiga_bt.safety.traffic import Traffic
 from formiga_bt.transport.messages import to_wire
 
 TTL_BEATS = 10
@@ -35,14 +38,23 @@ class Gatekeeper:
         ask = self.view.ask(goal)
         if ask.human:
             return judge(ask, (), core.now, 0.0)
-        site, view = core.site, self.view
-        traffic = view.traffic(ask)
-        found = judge(ask, traffic, core.now, site.separation_m, site.min_spacing_m, lambda: view.breach(goal, ask))
+        if goal.code in BUSY:  # while the machine that held it up still does, the others need not be looked at
+            former = self.view.traffic_of(goal.text)
+            if former is not None:
+                still = self._judge(goal, ask, (former,))
+                if isinstance(still, Hold) and (still.code, still.whom) == (goal.code, goal.text):
+                    return still
+        found = self._judge(goal, ask, self.view.traffic(ask))
         if isinstance(found, Go) and (found.leg is not None or found.area is not None) and not ask.lands:
             claimant = self.room.claimed(goal, found)
             if claimant:
                 return Hold("leg_busy", claimant)
         return found
+
+    def _judge(self, goal: GoalRecord, ask: GateInput, traffic: Sequence[Traffic]) -> Verdict:
+        core, view = self._core, self.view
+        site = core.site
+        return judge(ask, traffic, core.now, site.separation_m, site.min_spacing_m, lambda: view.breach(goal, ask))
 
     def try_send(self, goal_id: str) -> None:
         """Show a goal to the gate and act on the verdict."""
@@ -160,4 +172,4 @@ class Gatekeeper:
         """A waiting goal was withdrawn, or will never go."""
         self._clearances.withdraw(goal)
         self.room.forget(goal.id)
-        self._core.stale.add(EVERYTHING)
+        self._core.stale.add(goal.agent)

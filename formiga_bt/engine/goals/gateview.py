@@ -264,16 +264,26 @@ class GateView:
             found.sort(key=_order)
         return found
 
+    def traffic_of(self, agent_id: str) -> Traffic | None:
+        """Return one machine as traffic, or None: it takes up nothing."""
+        moved = self._core.moved
+        if agent_id in moved:
+            del moved[agent_id]
+            self._look_at(agent_id)
+        return self._skies.get(agent_id)
+
     def _refresh(self) -> None:
         core = self._core
-        if not core.moved:
-            return
-        moved, core.moved = core.moved, {}
-        for agent_id in moved:
-            agent = core.state.agents[agent_id]
-            if not agent.human:
-                traffic = self._seen(agent)
-                self._skies.put(agent_id, traffic.reach, traffic)
+        if core.moved:
+            moved, core.moved = core.moved, {}
+            for agent_id in moved:
+                self._look_at(agent_id)
+
+    def _look_at(self, agent_id: str) -> None:
+        agent = self._core.state.agents[agent_id]
+        if not agent.human:
+            traffic = self._seen(agent)
+            self._skies.put(agent_id, traffic.reach, traffic)
 
     def _seen(self, agent: AgentRecord) -> Traffic:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None

@@ -4,10 +4,12 @@ While held, no new goal of `steps` leaves, goals in flight end naturally, and - 
 task's deadlines stand still.
 """
 
+from collections.abc import Iterator
+
 from msgspec.structs import replace
 
-from formiga_bt.engine.kernel.core import EVERYTHING, Core, clock_stands
-from formiga_bt.engine.kernel.records import AgentRequest
+from formiga_bt.engine.kernel.core import Core, clock_stands
+from formiga_bt.engine.kernel.records import AgentRequest, TaskRecord
 from formiga_bt.engine.kernel.timers import AllocationDue
 
 
@@ -34,13 +36,23 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
     if stood and not clock_stands(task):
         core.put_task(task_id, clock=task.clock.resumed(core.now))
         core.resume_deadlines(task_id)
-    core.stale.add(EVERYTHING)
+    core.stale.update(_machines_of(core, task))
     if AllocationDue() not in core.state.deadlines and any(
         _concerns(core, r, task_id) for r in core.state.requests.values()
     ):
         core.set_deadline(
             AllocationDue(), core.now
         )  # its blocks, and the tasks that it requested, may have agents again
+
+
+def _machines_of(core: Core, task: TaskRecord) -> Iterator[str]:
+    """Iterate over the agents that a task has, and those of which a goal of it waits."""
+    for agents in task.roles.values():
+        yield from agents
+    for goal_id in core.index.gated:
+        goal = core.state.goals[goal_id]
+        if goal.task == task.id:
+            yield goal.agent
 
 
 def _concerns(core: Core, request: AgentRequest, task_id: str) -> bool:
