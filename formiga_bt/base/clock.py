@@ -162,14 +162,14 @@ class VirtualScheduler:
 
     def run_next(self) -> bool:
         """Advance to the earliest call and run it; return False if there was none."""
-        if self.next_time() is None:
-            return False
-        at, _, timer = heapq.heappop(self._heap)
-        self._now = at
-        call, timer.call = timer.call, None
-        if call is not None:
-            call()
-        return True
+        while self._heap:
+            at, _, timer = heapq.heappop(self._heap)
+            call, timer.call = timer.call, None
+            if call is not None:
+                self._now = at
+                call()
+                return True
+        return False
 
     def advance_to(self, at: Micros) -> None:
         """Move time forward to `at` without running anything; `at` must not lie beyond the next call."""

@@ -17,6 +17,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m, horizontal_m
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
+from formiga_bt.engine.agents.repeats import Repeats
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
@@ -54,6 +55,7 @@ class Fleet:
         self._clearances = clearances
         self._admission = Admission(core, goals)
         self._boots = ProcessIdentity(core, goals)
+        self._repeats = Repeats(core)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:
@@ -101,6 +103,10 @@ class Fleet:
         core = self._core
         agent = core.state.agents.get(status.id)
         if agent is None or agent.refused in ("unknown_type", "other_type", "unlisted"):
+            return
+        before = agent
+        if self._repeats.take(agent, status, wall):
+            self._heard_again(agent, status, wall, told_of)
             return
         if agent.refused == "datum":
             if agent.pool != "QUARANTINED":
@@ -164,6 +170,16 @@ class Fleet:
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
         self._admission.let_go(agent.id)
+        core.wake_allocator()
+        self._repeats.note(before, status)
+
+    def _heard_again(self, agent: AgentRecord, status: AgentStatus, wall: int, told_of: str) -> None:
+        """A status repeated the one before: do what does not depend on what it says."""
+        if agent.human:
+            self._people.invalidate(agent.id)
+        self._watch_liveness(agent, wall)
+        if status.last_goal and status.last_goal != told_of:
+            self._find_lost_result(status)
         self._core.wake_allocator()
 
     def on_goal_event(self, event: GoalEvent, wall: int) -> None:
@@ -281,12 +297,18 @@ class Fleet:
                 self.ask_about_goals(agent_id)
         if agent.human:
             self._people.invalidate(agent_id)
+        self._watch_liveness(agent, wall)
+
+    def _watch_liveness(self, agent: AgentRecord, wall: int) -> None:
+        """An agent was heard of at a wall time (0: not known): have it looked at when it has been silent for too long."""
+        core = self._core
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
         if kind is None or not wall:
             return
+        due = LiveDue(agent.id)
         # After a silence it is set up to `lost_after`: the next one is looked for as soon as the first.
-        if core.state.wall.get(LiveDue(agent_id), math.inf) > kind.suspect_after_us:
-            core.set_wall(LiveDue(agent_id), kind.suspect_after_us)
+        if core.state.wall.get(due, math.inf) > kind.suspect_after_us:
+            core.set_wall(due, kind.suspect_after_us)
 
     def _take_back(self, agent_id: str, wall: int) -> None:
         # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.

@@ -38,7 +38,9 @@ class VirtualDriver:
         self.switchboard = Switchboard(transports)
         self.listeners = list(listeners)
         self._persist = persist
-        self._wall: list[tuple[Micros, int, WallTimer]] = []
+        self._wall: list[tuple[Micros, int]] = []
+        """When which setting of a wall timer is due; one that was cleared or set anew is in `_wall_timers` no more."""
+        self._wall_timers: dict[int, WallTimer] = {}
         self._wall_live: dict[WallTimer, int] = {}
         self._wall_seq = 0
         self._beat = 0
@@ -84,23 +86,28 @@ class VirtualDriver:
                 self._set_wall(change.timer, change.after_us)
         for listener in self.listeners:
             listener(step)
-        failed = [self.switchboard.carry_out(effect, self._beat) for effect in step.effects]
-        for failure in failed:
-            if failure is not None:
-                self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, failure))
+        if step.effects:
+            failed = [self.switchboard.carry_out(effect, self._beat) for effect in step.effects]
+            for failure in failed:
+                if failure is not None:
+                    self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, failure))
         return step
 
     def _set_wall(self, timer: WallTimer, after_us: Micros | None) -> None:
-        self._wall_live.pop(timer, None)
+        before = self._wall_live.pop(timer, None)
+        if before is not None:
+            self._wall_timers.pop(before, None)
         if after_us is not None:
-            self._wall_seq += 1
-            self._wall_live[timer] = self._wall_seq
-            heapq.heappush(self._wall, (self.scheduler.now() + after_us, self._wall_seq, timer))
+            self._wall_seq = seq = self._wall_seq + 1
+            self._wall_live[timer] = seq
+            self._wall_timers[seq] = timer
+            heapq.heappush(self._wall, (self.scheduler.now() + after_us, seq))
 
     def _next_wall(self) -> Micros | None:
-        while self._wall and self._wall_live.get(self._wall[0][2]) != self._wall[0][1]:
-            heapq.heappop(self._wall)
-        return self._wall[0][0] if self._wall else None
+        wall = self._wall
+        while wall and wall[0][1] not in self._wall_timers:
+            heapq.heappop(wall)
+        return wall[0][0] if wall else None
 
     def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.EngineStep:
         """Let the world go on for so long while the engine's process does nothing; return the step with which it goes on.
@@ -129,8 +136,11 @@ class VirtualDriver:
     # -- running -------------------------------------------------------------------------------------------------
     def drain(self) -> None:
         """Feed what the transports have."""
-        for event in self.switchboard.poll():
-            self.feed(to_input(event, self.scheduler.now(), self.scheduler.now()))
+        events = self.switchboard.poll()
+        if events:
+            now = self.scheduler.now()
+            for event in events:
+                self.feed(to_input(event, now, now))
 
     def next_time(self) -> Micros | None:
         """Return when the next thing happens, or None if nothing is left to happen."""
@@ -155,7 +165,7 @@ class VirtualDriver:
             self.scheduler.run_next()
         elif at == wall:
             self.scheduler.advance_to(wall)
-            _, _, timer = heapq.heappop(self._wall)
+            timer = self._wall_timers.pop(heapq.heappop(self._wall)[1])
             heard = self.switchboard.heard(timer.agent) if isinstance(timer, LiveDue) else 0
             later = self.engine.put_off(timer, wall, heard)
             self._set_wall(timer, later)

@@ -11,15 +11,15 @@ from formiga_bt.transport.base import AgentTransport, Hearing
 
 def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros) -> inp.Input:
     """Return the engine input for a transport event that came in at wall time `wall` and engine time `clock`."""
-    match event:
-        case msg.AgentSeen(card):
-            return inp.AgentSeenInput(card, wall)
-        case msg.AgentGone(agent):
-            return inp.AgentGoneInput(agent)
+    match event:  # the frequent ones first
         case msg.StatusArrived(status):
             return inp.AgentStatusInput(status, wall, clock)
         case msg.GoalReported(goal):
             return inp.GoalEventInput(goal, wall, clock)
+        case msg.AgentSeen(card):
+            return inp.AgentSeenInput(card, wall)
+        case msg.AgentGone(agent):
+            return inp.AgentGoneInput(agent)
         case msg.EventArrived(told):
             return inp.AgentEventInput(told)
         case msg.QueryReplied(agent, boot_id, goals):

@@ -21,7 +21,7 @@ from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
 from formiga_bt.engine.kernel.news import News
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Paused, TaskRecord
-from formiga_bt.engine.kernel.state import APPLY, EngineState, board_of
+from formiga_bt.engine.kernel.state import APPLY, EngineState, apply_heard, board_of
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
     AllocationDue,
@@ -42,6 +42,8 @@ from formiga_bt.safety.rules import Rules, rules_of
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
 
 NO_MEMORY: Final[Mapping[str, Mem]] = MappingProxyType({})
+
+ALLOCATION: Final = AllocationDue()
 
 EVERYTHING: Final = ""
 """In `Core.stale`: look at all waiting goals."""
@@ -100,6 +102,8 @@ class Core:
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
         """task -> node keys to wake, in order"""
+        self.now: Micros = state.now
+        """The instant of the step, engine time."""
         self.clock: Micros = state.now
         """What the driver's clock said when the present input came in: `now`, or later under overload."""
         self.stands_by = False
@@ -139,21 +143,16 @@ class Core:
             ch.VarPut: self._note_names,
             ch.ScopePut: self._note_names,
             ch.TaskForget: self._note_forgotten,
-            ch.DeadlineSet: index.deadline,
+            ch.DeadlineSet: self._note_deadline,
             ch.QuestionPut: lambda change: index.question(change.question),
             ch.QuestionDrop: lambda change: index.drop_question(change.question),
         }
         """What is noted of a change before it is applied."""
 
     # -- the step ------------------------------------------------------------------------------------------------
-    @property
-    def now(self) -> Micros:
-        """Return the instant of the step, engine time."""
-        return self.state.now
-
     def begin(self, now: Micros) -> None:
         """Start a step at `now`."""
-        self.state.now = self.clock = now
+        self.now = self.state.now = self.clock = now
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()
@@ -180,8 +179,12 @@ class Core:
         if old is None or _read_by_gate(old) != _read_by_gate(new):
             self.stale.add(new.id)
             self.moved[new.id] = None
-        task = self.state.tasks.get(new.task)
-        if task is not None and new.id in task.releasing:
+        if new.task:
+            self._touch_if_released(new)
+
+    def _touch_if_released(self, agent: AgentRecord) -> None:
+        task = self.state.tasks.get(agent.task)
+        if task is not None and agent.id in task.releasing:
             self.touch(task.id)  # it may be down now: an order brings it home, too
 
     def _note_goal(self, change: ch.GoalPut) -> None:
@@ -204,6 +207,10 @@ class Core:
             self.index.ended[task.id] = None
         else:
             self.open[task.id] = None
+
+    def _note_deadline(self, change: ch.DeadlineSet) -> None:
+        self.index.deadline(change)
+        self._deadlines.forget()
 
     def _note_order(self, change: ch.OrderPut) -> None:
         self.stale.add(change.agent)
@@ -261,6 +268,15 @@ class Core:
         if new != old:
             self.emit(ch.AgentPut(new))
         return new
+
+    def put_heard(self, agent: AgentRecord) -> None:
+        """Replace an agent's record by one that only says that it was heard of: as `emit` does, for most statuses there are."""
+        change = ch.AgentPut(agent)
+        self.changes.append(change)
+        apply_heard(self.state, change)
+        self.changed[agent.id] = None
+        if agent.task:
+            self._touch_if_released(agent)
 
     def put_goal(self, goal_id: str, **fields: Any) -> GoalRecord:
         """Replace fields of a goal's record."""
@@ -324,10 +340,10 @@ class Core:
 
     def wake_allocator(self) -> None:
         """Agents or requests changed: have them looked at, within 50 ms of the last look, or longer if very many wait."""
-        if not self.state.requests or AllocationDue() in self.state.deadlines:
+        if not self.state.requests or ALLOCATION in self.state.deadlines:
             return
         last = self.state.counters.get("alloc_at", -EVERY_US)
-        self.set_deadline(AllocationDue(), max(self.now, last + max(EVERY_US, len(self.state.requests) * EACH_US)))
+        self.set_deadline(ALLOCATION, max(self.now, last + max(EVERY_US, len(self.state.requests) * EACH_US)))
 
     # -- time ----------------------------------------------------------------------------------------------------------
     def set_deadline(self, timer: Timer, at: Micros, task: str = "", *, pausable: bool = False) -> None:

@@ -207,20 +207,33 @@ class DeadlineHeap:
     def __init__(self, state: EngineState) -> None:
         self._state = state
         self._heap: list[tuple[Micros, int, Timer]] = []
+        self._first: tuple[Micros, Timer] | None = None
+        self._is_known = False
+        """`_first` is the earliest: nothing was set or cleared since it was looked for."""
         self._rebuild()
 
     def _rebuild(self) -> None:
         self._heap = [(d.at, d.seq, timer) for timer, d in self._state.deadlines.items()]
         heapq.heapify(self._heap)
 
+    def forget(self) -> None:
+        """A deadline is set or cleared: the earliest may be another."""
+        self._is_known = False
+
     def push(self, at: Micros, seq: int, timer: Timer) -> None:
         """Add a deadline that the state has."""
+        self._is_known = False
         heapq.heappush(self._heap, (at, seq, timer))
         if len(self._heap) > 2 * len(self._state.deadlines) + SPARE:
             self._rebuild()  # far-off ones that are set and cleared again and again must not pile up
 
     def first(self) -> tuple[Micros, Timer] | None:
         """Return the earliest deadline that stands, ties in the order of setting."""
+        if not self._is_known:
+            self._first, self._is_known = self._look(), True
+        return self._first
+
+    def _look(self) -> tuple[Micros, Timer] | None:
         heap, deadlines = self._heap, self._state.deadlines
         while heap:
             at, seq, timer = heap[0]

@@ -100,6 +100,11 @@ def _agent(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
     _show_agent(board, agent, old)
 
 
+def apply_heard(state: EngineState, change: ch.AgentPut) -> None:
+    """Do what `apply` does with a record in which nothing differs that the blackboard shows."""
+    state.agents[change.agent.id] = change.agent
+
+
 def _goal(state: EngineState, _: Blackboard, change: ch.GoalPut) -> None:
     state.goals[change.goal.id] = change.goal
 

@@ -19,6 +19,7 @@ from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.safety.envelope import Breach, FlightState, in_flight
+from formiga_bt.safety.rules import Rules
 
 DESCENDING = "descending"
 """The phase of a landing that is not broken off."""
@@ -45,7 +46,8 @@ class Breaches:
             return
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
-        found = self._broken(agent) or (self._stuck(agent) if agent.goal != ended else ())
+        rules = core.rules(agent, agent.task)
+        found = self._broken(agent, rules) or (self._stuck(agent) if agent.goal != ended else ())
         self._waits_too_long(agent)
         if not found:
             if agent.breach and not agent.breach.startswith(LATER):
@@ -53,9 +55,9 @@ class Breaches:
         elif agent.breach.removeprefix(LATER) != found[0].name:
             self._breached(agent, found[0])
 
-    def _broken(self, agent: AgentRecord) -> tuple[Breach, ...]:
+    def _broken(self, agent: AgentRecord, rules: Rules) -> tuple[Breach, ...]:
         core = self._core
-        state, rules = self._state(agent), core.rules(agent, agent.task)
+        state = self._state(agent, rules)
         found = in_flight(state, core.airspace, rules)
         if found and not agent.goal:
             spots = self._lands_later(agent)
@@ -70,7 +72,7 @@ class Breaches:
         targets = [goal.fields.get(spec.moves_to) for goal, spec in specs if spec.lands]
         return tuple(target for target in targets if isinstance(target, Place))
 
-    def _state(self, agent: AgentRecord) -> FlightState:
+    def _state(self, agent: AgentRecord, rules: Rules) -> FlightState:
         core = self._core
         goal = core.state.goals.get(agent.goal)
         spec = core.action(goal.action) if goal is not None else None
@@ -88,7 +90,7 @@ class Breaches:
             power=core.power(agent),
             home=home.at if home else None,
             layer_m=agent.layer_m,
-            sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,
+            sun_up=core.airspace.sun_is_up(core.now) if rules.daylight_only else None,
         )
 
     def _waits_too_long(self, agent: AgentRecord) -> None:
