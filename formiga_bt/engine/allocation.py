@@ -5,7 +5,7 @@ cruise layer of its own while there are enough.
 """
 
 from operator import attrgetter
-from typing import Any
+from typing import Any, Final
 
 from msgspec.structs import replace
 
@@ -22,7 +22,7 @@ from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, Verdict
-from formiga_bt.engine.kernel.timers import HopelessDue, NodeDue, TaskDue
+from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
 
@@ -32,8 +32,19 @@ LOW_AGES_US: Micros = 3600 * SECOND
 RESERVE_AFTER_US: Micros = 120 * SECOND
 """A team that has waited so long keeps fitting agents as they become free."""
 
+ALLOCATION: Final = AllocationDue()
+
+EVERY_US: Micros = 50_000
+"""Least engine time between two looks."""
+
+EACH_US: Micros = 100
+"""The same for each waiting request: looking at thousands takes longer than 50 ms, and nothing else would be done."""
+
 KNOWN_AFTER_US: Micros = 10 * SECOND
 """After so long the fleet counts as known, though agents of the site are still missing."""
+
+BRANCHES: Final = ("/fleet/", "/orders/", "/allocation/requests/", "/tasks/", "/site/")
+"""Where the blackboard tells of what may change a decision."""
 
 _read = attrgetter(
     "type", "order", "human", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task", "goal",
@@ -53,10 +64,31 @@ class Allocation:
         self._policy = policy
         self._authority = authority
         self._roster = Roster()
+        self._heard = core.board.listen(*BRANCHES)
+        self._changed: dict[str, None] = dict.fromkeys(core.state.agents)
+        """Agents that changed since the last look."""
+        self._agent_of: dict[str, str] = {}
+        """Keys of the blackboard -> the agent that they are of."""
         self._known: dict[str, tuple[Any, ...]] = {}
         """Agent -> what its candidate was made from."""
         self._hopeless: dict[str, tuple[tuple[Verdict, ...], str]] = {}
         """Waiting requests -> the explanation last looked at, and why it says that nobody could ever serve them."""
+
+    def hear(self) -> None:
+        """Take what changed on the blackboard; if requests wait, a look is due 50 ms after the last one, or later for many."""
+        heard, known = self._heard, self._agent_of
+        if not heard:
+            return
+        for key in heard:
+            agent = known.get(key) or _agent_of(key)
+            if agent:
+                known[key] = agent
+                self._changed[agent] = None
+        heard.clear()
+        core = self._core
+        if core.state.requests and ALLOCATION not in core.state.deadlines:
+            last = core.state.counters.get("alloc_at", -EVERY_US)
+            core.set_deadline(ALLOCATION, max(core.now, last + max(EVERY_US, len(core.state.requests) * EACH_US)))
 
     def look(self) -> None:
         """Let the policy decide; record grants and explanations."""
@@ -81,9 +113,9 @@ class Allocation:
                 continue
             pilot, roles = self._authority.pilot(request), self._authority.trimmed(request, grant.roles)
             lists = frozenset(role.role for role in request.roles if role.is_list)
-            core.emit(ch.RequestPut(grant.task, None))
             core.put_task(request.holder, pilot=pilot or core.task(request.holder).pilot)
             assign(core, request.holder, roles)
+            core.emit(ch.RequestPut(grant.task, None))
             if request.node:
                 self._tasks.granted_more(request, roles)
             else:
@@ -183,7 +215,8 @@ class Allocation:
     def _candidates(self) -> Roster:
         """Return all agents; only those that changed since the last look are seen anew."""
         core = self._core
-        changed, core.changed = core.changed, {}
+        self.hear()
+        changed, self._changed = self._changed, {}
         orders, known = core.state.orders, self._known
         for agent_id in changed:  # new ones come in the order of their admission
             agent = core.state.agents[agent_id]
@@ -246,6 +279,15 @@ class Allocation:
                 payload_kg=agent.payload_kg,
             )
         )
+
+
+def _agent_of(key: str) -> str:
+    """Return the agent that a key is of, "" = of none."""
+    match key.split("/"):
+        case ["", "fleet", _, agent, *_] | ["", "orders", agent]:
+            return agent
+        case _:
+            return ""
 
 
 def wait_of(request: AgentRequest) -> NodeDue | TaskDue:

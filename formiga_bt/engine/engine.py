@@ -166,6 +166,7 @@ class Engine:
         self._settle()
         if core.state.resume is not None and self.reconcile.proceed():
             self._settle()
+        self.allocation.hear()
         return inp.EngineStep(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
     def _dispatch(self, given: inp.Input) -> Reply | None:
@@ -186,7 +187,6 @@ class Engine:
             case inp.Approve() | inp.Duty():
                 refuse_if_full(self.core, given)
                 self.authority.take(given)
-                self.core.wake_allocator()
                 return Done()
             case inp.Serve():
                 refuse_if_full(self.core, given)
@@ -206,7 +206,6 @@ class Engine:
                 return Done()
             case inp.AgentSeenInput(card, wall):
                 self.fleet.on_seen(card, wall)
-                self.core.wake_allocator()
             case inp.AgentGoneInput(agent):
                 self.fleet.on_gone(agent)
             case inp.AgentEventInput(event):

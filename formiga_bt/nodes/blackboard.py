@@ -2,7 +2,7 @@
 
 Keys are paths (`/fleet/hwd/hwd_1/battery`, `/allocation/requests/PickUp-12`, `/tasks/PickUp-12/status`). Every write that
 changes a value raises the key's version and reports the key's readers, so nothing is ever polled. Only `engine.state.apply`
-writes. `mirror()` shows everything to py_trees' own blackboard tools, read-only.
+writes. The allocator listens to whole branches (`/fleet/`, `/allocation/requests/`); a node watches single keys.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,6 +22,8 @@ class Blackboard:
         self._readers: dict[str, dict[Reader, None]] = {}
         self.hits: dict[Reader, None] = {}
         """Readers hit since `take_hits`, in the order of the writes."""
+        self._branches: tuple[str, ...] = ()
+        self._heard: dict[str, None] = {}
 
     def put(self, key: str, value: Any) -> bool:
         """Write a value; return whether it differs from the former one. Readers of a changed key are noted as hit."""
@@ -29,20 +31,22 @@ class Blackboard:
             return False
         self._values[key] = value
         self._versions[key] = self._versions.get(key, 0) + 1
-        readers = self._readers.get(key)
-        if readers:
-            self.hits.update(readers)
+        self.touch(key)
         return True
 
     def touch(self, key: str) -> None:
-        """Note the readers of a key as hit, without keeping a value: for names that live elsewhere (a task's scopes)."""
+        """Note the readers of a key as hit, without keeping a value: for what lives elsewhere (a task's names)."""
         readers = self._readers.get(key)
         if readers:
             self.hits.update(readers)
+        if key.startswith(self._branches):
+            self._heard[key] = None
 
     def drop(self, key: str) -> None:
         """Forget a key, if it exists."""
-        self._values.pop(key, None)
+        if key in self._values:
+            del self._values[key]
+            self.touch(key)
         self._versions.pop(key, None)
 
     def get(self, key: str, default: Any = None) -> Any:
@@ -70,6 +74,11 @@ class Blackboard:
         hits = tuple(self.hits)
         self.hits.clear()
         return hits
+
+    def listen(self, *branches: str) -> dict[str, None]:
+        """Return where each key below these branches is noted when it changes, until the one listener empties it."""
+        self._branches = branches
+        return self._heard
 
     def under(self, prefix: str) -> Iterator[tuple[str, Any]]:
         """Yield the keys below a prefix with their values, in the order of first writing."""

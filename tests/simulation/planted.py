@@ -214,7 +214,7 @@ def a_machine_is_granted_twice(patch: Patch) -> None:
 
 def the_allocator_sleeps(patch: Patch) -> None:
     """A machine that comes free does not have the allocator look again: who waits goes on waiting."""
-    patch.setattr(Core, "wake_allocator", lambda self: None)
+    patch.setattr(Allocation, "hear", lambda self: self._heard.clear())
 
 
 def an_aborted_task_still_waits_for_agents(patch: Patch) -> None:

@@ -170,7 +170,6 @@ class Fleet:
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
         self._admission.let_go(agent.id)
-        core.wake_allocator()
         self._repeats.note(before, status)
 
     def _heard_again(self, agent: AgentRecord, status: AgentStatus, wall: int, told_of: str) -> None:
@@ -180,7 +179,6 @@ class Fleet:
         self._watch_liveness(agent, wall)
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
-        self._core.wake_allocator()
 
     def on_goal_event(self, event: GoalEvent, wall: int) -> None:
         """Take news of a goal: first the status that came with it, then the news."""
@@ -487,7 +485,6 @@ class Fleet:
         if agent.landed == "grounded":
             self._core.put_agent(agent_id, layer_m=None, lost_leg=None, lost_area=None)
             self._rest(agent_id)
-            self._core.wake_allocator()
         else:
             # It is where it says; what it did is canceled.
             self._core.put_agent(agent_id, lost_leg=None, lost_area=None)

@@ -24,7 +24,6 @@ from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, 
 from formiga_bt.engine.kernel.state import APPLY, EngineState, apply_heard, board_of
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
-    AllocationDue,
     CancelDue,
     GraceDue,
     HopelessDue,
@@ -42,8 +41,6 @@ from formiga_bt.safety.rules import Rules, rules_of
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
 
 NO_MEMORY: Final[Mapping[str, Mem]] = MappingProxyType({})
-
-ALLOCATION: Final = AllocationDue()
 
 EVERYTHING: Final = ""
 """In `Core.stale`: look at all waiting goals."""
@@ -65,12 +62,6 @@ GATE_READS: Final = (
     "home",
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
-
-EVERY_US: Micros = 50_000
-"""Least engine time between two looks."""
-
-EACH_US: Micros = 100
-"""The same for each waiting request: looking at thousands takes longer than 50 ms, and nothing else would be done."""
 
 _read_by_gate = attrgetter(*GATE_READS)
 
@@ -122,8 +113,6 @@ class Core:
         """Confirm goals that ended in this step and whose question must be looked at."""
         self.stale: set[str] = set()
         """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
-        self.changed: dict[str, None] = dict.fromkeys(state.agents)
-        """Agents that changed since the allocator last looked at them."""
         self.moved: dict[str, None] = dict.fromkeys(state.agents)
         """Agents that changed since the gate last looked at them as traffic."""
         self.index = StateIndex(state)
@@ -174,7 +163,6 @@ class Core:
 
     def _note_agent(self, change: ch.AgentPut) -> None:
         new = change.agent
-        self.changed[new.id] = None
         old = self.state.agents.get(new.id)
         if old is None or _read_by_gate(old) != _read_by_gate(new):
             self.stale.add(new.id)
@@ -214,7 +202,6 @@ class Core:
 
     def _note_order(self, change: ch.OrderPut) -> None:
         self.stale.add(change.agent)
-        self.changed[change.agent] = None
 
     def _note_names(self, change: ch.VarPut | ch.ScopePut) -> None:
         self.named[change.task] = self.named.get(change.task, 0) + 1
@@ -273,8 +260,7 @@ class Core:
         """Replace an agent's record by one that only says that it was heard of: as `emit` does, for most statuses there are."""
         change = ch.AgentPut(agent)
         self.changes.append(change)
-        apply_heard(self.state, change)
-        self.changed[agent.id] = None
+        apply_heard(self.state, self.board, change)
         if agent.task:
             self._touch_if_released(agent)
 
@@ -337,13 +323,6 @@ class Core:
     def touch(self, task_id: str) -> None:
         """Have a task's sections and ending looked at in this step."""
         self.touched[task_id] = True
-
-    def wake_allocator(self) -> None:
-        """Agents or requests changed: have them looked at, within 50 ms of the last look, or longer if very many wait."""
-        if not self.state.requests or ALLOCATION in self.state.deadlines:
-            return
-        last = self.state.counters.get("alloc_at", -EVERY_US)
-        self.set_deadline(ALLOCATION, max(self.now, last + max(EVERY_US, len(self.state.requests) * EACH_US)))
 
     # -- time ----------------------------------------------------------------------------------------------------------
     def set_deadline(self, timer: Timer, at: Micros, task: str = "", *, pausable: bool = False) -> None:

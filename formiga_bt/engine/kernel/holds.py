@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.core import Core, clock_stands
-from formiga_bt.engine.kernel.records import AgentRequest, TaskRecord
-from formiga_bt.engine.kernel.timers import AllocationDue
+from formiga_bt.engine.kernel.records import TaskRecord
 
 
 def hold(core: Core, task_id: str, cause: str) -> None:
@@ -37,12 +36,6 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
         core.put_task(task_id, clock=task.clock.resumed(core.now))
         core.resume_deadlines(task_id)
     core.stale.update(_machines_of(core, task))
-    if AllocationDue() not in core.state.deadlines and any(
-        _concerns(core, r, task_id) for r in core.state.requests.values()
-    ):
-        core.set_deadline(
-            AllocationDue(), core.now
-        )  # its blocks, and the tasks that it requested, may have agents again
 
 
 def _machines_of(core: Core, task: TaskRecord) -> Iterator[str]:
@@ -53,7 +46,3 @@ def _machines_of(core: Core, task: TaskRecord) -> Iterator[str]:
         goal = core.state.goals[goal_id]
         if goal.task == task.id:
             yield goal.agent
-
-
-def _concerns(core: Core, request: AgentRequest, task_id: str) -> bool:
-    return request.holder == task_id or core.task(request.holder).parent == task_id

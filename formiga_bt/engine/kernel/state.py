@@ -28,7 +28,6 @@ from formiga_bt.engine.kernel.records import (
     Verdict,
     Version,
     Wakes,
-    holder_of,
 )
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.lang.types import AgentRef
@@ -91,18 +90,23 @@ def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
     state.tasks[task.id] = task
     if old is None or old.status != task.status:
         board.put(f"/tasks/{task.id}/status", task.status)
+    if old is not None and old.held != task.held:
+        board.touch(f"/tasks/{task.id}/held")
 
 
 def _agent(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
     agent = change.agent
     old = state.agents.get(agent.id)
     state.agents[agent.id] = agent
+    board.touch(f"/fleet/{agent.type}/{agent.id}")
     _show_agent(board, agent, old)
 
 
-def apply_heard(state: EngineState, change: ch.AgentPut) -> None:
+def apply_heard(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
     """Do what `apply` does with a record in which nothing differs that the blackboard shows."""
-    state.agents[change.agent.id] = change.agent
+    agent = change.agent
+    state.agents[agent.id] = agent
+    board.touch(f"/fleet/{agent.type}/{agent.id}")
 
 
 def _goal(state: EngineState, _: Blackboard, change: ch.GoalPut) -> None:
@@ -132,12 +136,14 @@ def _happened(state: EngineState, board: Blackboard, change: ch.AgentEventNoted)
     board.touch(event_key(one.agent, one.event))
 
 
-def _order(state: EngineState, _: Blackboard, change: ch.OrderPut) -> None:
+def _order(state: EngineState, board: Blackboard, change: ch.OrderPut) -> None:
     _set_or_drop(state.orders, change.agent, change.order)
+    board.touch(f"/orders/{change.agent}")
 
 
-def _lockdown(state: EngineState, _: Blackboard, change: ch.LockdownPut) -> None:
+def _lockdown(state: EngineState, board: Blackboard, change: ch.LockdownPut) -> None:
     state.lockdown = change.lockdown
+    board.touch("/site/lockdown")
 
 
 def _resume(state: EngineState, _: Blackboard, change: ch.ResumePut) -> None:
@@ -148,20 +154,24 @@ def _wakes(state: EngineState, _: Blackboard, change: ch.WakesPut) -> None:
     state.wakes[change.task] = change.wakes
 
 
-def _approval(state: EngineState, _: Blackboard, change: ch.ApprovalPut) -> None:
+def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> None:
     _set_or_drop(state.approvals, change.digest, change.approval)
+    board.touch("/site/approvals")
 
 
-def _duty(state: EngineState, _: Blackboard, change: ch.DutyPut) -> None:
+def _duty(state: EngineState, board: Blackboard, change: ch.DutyPut) -> None:
     _set_or_drop(state.duty, change.pilot, change.since)
+    board.touch("/site/duty")
 
 
-def _drafted(state: EngineState, _: Blackboard, change: ch.DraftedPut) -> None:
+def _drafted(state: EngineState, board: Blackboard, change: ch.DraftedPut) -> None:
     state.drafted[change.bundle] = change.drafted
+    board.touch("/site/drafted")
 
 
-def _library(state: EngineState, _: Blackboard, change: ch.LibraryPut) -> None:
+def _library(state: EngineState, board: Blackboard, change: ch.LibraryPut) -> None:
     state.library[change.task] = change.versions
+    board.touch("/site/library")
 
 
 def _scope(state: EngineState, _: Blackboard, change: ch.ScopePut) -> None:
@@ -203,14 +213,27 @@ def _wall(state: EngineState, _: Blackboard, change: ch.WallTimerSet) -> None:
 
 def _request(state: EngineState, board: Blackboard, change: ch.RequestPut) -> None:
     task_id, request = change.task, change.request
+    was = state.requests.get(task_id)
     _set_or_drop(state.requests, task_id, request)
-    if request is None and holder_of(task_id) != task_id:  # of a block: its explanation ends with its wait
-        state.explanations.pop(task_id, None)
-    board.put(f"/allocation/requests/{task_id}", request)
+    if request is not None:
+        _show_request(board, request)
+        return
+    board.drop(f"/allocation/requests/{task_id}")
+    if was is not None and was.node:
+        state.explanations.pop(task_id, None)  # of a block: its explanation ends with its wait
+        board.unwatch(grants_key(was.holder), (was.holder, was.node))
+
+
+def _show_request(board: Blackboard, request: AgentRequest) -> None:
+    """Write a request; the node that asks is woken by the grant."""
+    board.put(f"/allocation/requests/{request.task}", request)
+    if request.node:
+        board.watch(grants_key(request.holder), (request.holder, request.node))
 
 
 def _granted(_: EngineState, board: Blackboard, change: ch.Granted) -> None:
-    board.put(f"/allocation/grants/{change.task}", change.roles)
+    if not board.put(grants_key(change.task), change.roles):
+        board.touch(grants_key(change.task))  # the same agents once more
 
 
 def _explained(state: EngineState, _: Blackboard, change: ch.Explained) -> None:
@@ -238,8 +261,7 @@ def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> Non
     state.memory.pop(task_id, None)
     state.scopes.pop(task_id, None)
     state.wakes.pop(task_id, None)
-    board.drop(f"/allocation/requests/{task_id}")
-    board.drop(f"/allocation/grants/{task_id}")
+    board.drop(grants_key(task_id))
 
 
 def _gone(state: EngineState, board: Blackboard, change: ch.TaskGone) -> None:
@@ -293,7 +315,12 @@ def fold(state: EngineState, board: Blackboard, step: EngineStep) -> None:
 
 def name_key(task_id: str, scope: str, name: str) -> str:
     """Return the blackboard key under which readers of a task's name are kept."""
-    return f"/tasks/{task_id}/{scope}/{name}"
+    return f"/names/{task_id}/{scope}/{name}"
+
+
+def grants_key(task_id: str) -> str:
+    """Return the blackboard key of what a task was granted last; those who wait for agents watch it."""
+    return f"/allocation/grants/{task_id}"
 
 
 def event_key(agent: str, event: str) -> str:
@@ -308,7 +335,7 @@ def is_member(agent: AgentRecord) -> bool:
 
 def members_key(agent_type: str) -> str:
     """Return the blackboard key that tells how many agents of exactly this type are there."""
-    return f"/fleet/{agent_type}/members"
+    return f"/members/{agent_type}"
 
 
 def _set_or_drop(table: dict[Any, Any], key: Any, value: Any) -> None:
@@ -415,6 +442,6 @@ def board_of(state: EngineState) -> Blackboard:
         board.put(f"/tasks/{task.id}/status", task.status)
     for agent in state.agents.values():
         _show_agent(board, agent)
-    for task_id, request in state.requests.items():
-        board.put(f"/allocation/requests/{task_id}", request)
+    for request in state.requests.values():
+        _show_request(board, request)
     return board

@@ -145,7 +145,6 @@ class Command:
                     unhold(core, task.id, cause)
         for agent in machines:
             self._orders.resume(agent)
-        self._core.wake_allocator()
 
     def _keep_stopped(self, task: TaskRecord, machines: list[AgentRecord]) -> None:
         """A task's other machines that only its hold stopped wait on, and say so: their steps need a word of their own."""
@@ -209,7 +208,6 @@ class Command:
             unhold(core, task_id, f"take-over:{agent.id}")
         self._orders.resume(agent, steps=how != "return" and agent.id not in core.state.orders)
         self._orders.bring_home_if_idle(agent.id, by)
-        self._core.wake_allocator()
 
     def _clear(self, agent: AgentRecord) -> None:
         if agent.pool != "QUARANTINED" and not agent.rebooted:

@@ -85,7 +85,6 @@ class Lockdowns:
         for order in list(core.state.orders.values()):
             if order.scope == "lockdown":
                 self._let_go(order)
-        core.wake_allocator()
 
     def _let_go(self, order: StandingOrder) -> None:
         """Lockdown ended: what it ordered is finished, what hovers waits with its task, goes on ending it, or comes home."""

@@ -149,7 +149,6 @@ class StandingOrders:
         if not replaced:
             self._errands.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
-        core.wake_allocator()
 
     def bring_home_if_idle(self, agent_id: str, by: str) -> None:
         """A machine in the air that belongs to nobody any more comes home: it never hovers with no task and no order."""

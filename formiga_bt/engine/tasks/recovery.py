@@ -122,7 +122,6 @@ class Recovery:
                     self._try_again(task_id, agent_id)
                     continue
                 self._fleet.release(agent_id)
-                core.wake_allocator()
             task = core.task(task_id)
             core.put_task(
                 task_id,

@@ -72,7 +72,6 @@ class Requests:
             holder=task_id, node=node, priority=task.priority, order=task.order, at=core.now, roles=wanted
         )
         core.emit(ch.RequestPut(request.task, request))
-        self._core.wake_allocator()
         return request
 
     def enqueue(self, request: AgentRequest) -> None:
@@ -84,7 +83,6 @@ class Requests:
             core.set_deadline(TaskDue(request.task, "wait"), min(waits), request.task, pausable=True)
         if request.expires is not None:
             core.set_deadline(TaskDue(request.task, "expires"), request.expires, request.task)
-        self._core.wake_allocator()
 
     def _role(self, role: Role, env: Env, otherwise: Micros | None) -> RoleRequest:
         """Return a role as it is wanted; without a `wait` of its own it waits for so long, None: as long as it takes."""

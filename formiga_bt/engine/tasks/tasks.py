@@ -115,7 +115,6 @@ class Tasks:
             recovering=recovering,
             served={**task.served, request.node: Served(roles)},
         )
-        core.wake(task.id, request.node)
 
     def refuse_request(self, request: AgentRequest, reason: str) -> None:
         """No agent could ever serve a request: its task ends, or its node fails."""
@@ -436,7 +435,6 @@ class Tasks:
         core.emit(ch.RequestPut(task_id, None))
         if task.again:
             self._begin_anew(task_id)
-            core.wake_allocator()
             return
         core.put_task(
             task_id,
@@ -449,7 +447,6 @@ class Tasks:
         if task.stop:
             core.report(CarriedOut(core.task(task_id)))
         self._forget_oldest()
-        core.wake_allocator()
 
     def _forget_oldest(self) -> None:
         """Keep the newest ended tasks only; one that an open task requested stays as long as that."""

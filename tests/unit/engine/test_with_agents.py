@@ -57,6 +57,19 @@ def test_it_waits_for_them_and_goes_on_when_one_is_free(make: Make) -> None:
     assert f"{mine}|steps/steps[0]" not in yard.engine.state.explanations
 
 
+def test_the_same_agents_granted_a_second_time_wake_the_block_again(make: Make) -> None:
+    block = "{with_agents: {more: {type: cart, wait: 30 s}}, steps: [{do: more.Move}]}"
+    yard = make(f"{CART}steps: [{{repeat: 2, steps: [{block}]}}]", carts=2)
+    mine = yard.start()
+
+    for _ in range(2):
+        yard.run_for(1)
+        assert held(yard, mine) == ["c1", "c2"]
+        step(yard, 1, "Move")
+
+    assert yard.end(mine) == ("SUCCEEDED", "")
+
+
 def test_nobody_in_time_is_a_failure_of_the_step_that_the_tree_may_catch(make: Make) -> None:
     block = "{with_agents: {more: {type: cart, wait: 10 s}}, steps: [{do: more.Move}]}"
     yard = make(f"{CART}steps: [{{fallback: [{block}, {{check: error.code == 'no_agent'}}]}}]", LONG, carts=2)

@@ -59,6 +59,22 @@ def test_keys_below_a_prefix_come_in_the_order_of_first_writing() -> None:
     assert [key for key, _ in board.under("/t/")] == ["/t/a"]
 
 
+def test_who_listens_to_a_branch_hears_each_key_below_it_that_changes_once() -> None:
+    board = Blackboard()
+    heard = board.listen("/fleet/", "/orders/")
+    board.put("/fleet/hwd/hwd_1/battery", 1)
+    board.put("/fleet/hwd/hwd_1/battery", 1)
+    board.put("/fleet/hwd/hwd_1/battery", 2)
+    board.put("/tasks/T-1/status", "ACTIVE")
+    board.touch("/orders/hwd_1")
+    board.drop("/fleet/never")
+
+    assert list(heard) == ["/fleet/hwd/hwd_1/battery", "/orders/hwd_1"]
+    heard.clear()
+    board.drop("/fleet/hwd/hwd_1/battery")
+    assert list(heard) == ["/fleet/hwd/hwd_1/battery"]
+
+
 def test_the_mirror_is_read_only_and_live() -> None:
     board = Blackboard()
     mirror = board.mirror()
