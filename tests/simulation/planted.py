@@ -474,7 +474,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (an_event_wakes_nobody, 10, "wake"),
         (a_time_that_has_come_is_missed, 0, "wait"),
         (a_change_is_not_journaled, 0, "fold"),
-        (effects_leave_before_the_commit, 41, "durable"),
+        (effects_leave_before_the_commit, 11, "durable"),
         (a_snapshot_lacks_questions, 1, "exception", "wait"),
         (a_snapshot_lacks_timers, 4, "wait"),
         (a_snapshot_lacks_orders, 23, "wait", "left"),
