@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.base.errors import TaskError
-from formiga_bt.engine.kernel import core
+from formiga_bt.engine import allocation
 from formiga_bt.engine.kernel.inputs import TimerDue
 from formiga_bt.engine.kernel.timers import AllocationDue
 from formiga_bt.engine.tasks import intake
@@ -29,7 +29,7 @@ def test_more_than_so_many_waiting_tasks_are_busy(make: Make, monkeypatch: pytes
 
 
 def test_the_more_requests_wait_the_rarer_they_are_looked_at(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(core, "EACH_US", 1_000_000)
+    monkeypatch.setattr(allocation, "EACH_US", 1_000_000)
     yard = make("agents: {cart: {type: cart}}\nsteps: [{wait: 10 s}]", carts=1)
     for _ in range(5):
         yard.start()
