@@ -169,7 +169,7 @@ class Person:
     def tell(self, event: str) -> None:
         """Tell an event of its own, without fields."""
         if self._side is not None:
-            self._side.tell_event(event)
+            self._side.report_event(event)
 
     def report(self) -> None:
         """Publish the status."""

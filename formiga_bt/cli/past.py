@@ -95,12 +95,12 @@ def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource"
     from formiga_bt.show.replay.when import in_words
 
     source = JournalSource(machine, moment_of(machine, at) if at else None, zone())
-    if not (at and tell_end(machine, at)):
+    if not (at and report_end(machine, at)):
         print(f"{why}the journal of {machine.journal.site} as of {in_words(source.at, zone())}", file=sys.stderr)
     return source
 
 
-def tell_end(machine: "TimeMachine", at: str) -> bool:
+def report_end(machine: "TimeMachine", at: str) -> bool:
     """Return whether a text means a moment after the journal's end; then one line tells that it is the end that is shown."""
     from formiga_bt.show.replay.when import in_words, meant
 

@@ -89,16 +89,16 @@ class Engine:
         self.gatekeeper = Gatekeeper(core, self.clearances)
         self.goals = Goals(core, self.gatekeeper)
         self.fleet = Fleet(core, self.goals, self.people, self.clearances)
-        self.happenings = AgentEvents(core, self.fleet)
+        self.agent_events = AgentEvents(core, self.fleet)
         requests = Requests(core)
         self.intake = Intake(core, self.authority, requests)
         children = Children(core, self.intake)
         self.runs = Runs(core, self.goals, self.people, requests, children, trees)
         self.recovery = Recovery(core, self.fleet, self.runs)
-        self.errands = SystemTasks(core, self.goals, self.runs, self.recovery)
+        self.system_tasks = SystemTasks(core, self.goals, self.runs, self.recovery)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, requests, self.runs, children, self.recovery)
-        self.turns = WakeQueue(core, self.runs)
-        self.orders = StandingOrders(core, self.fleet, self.goals, self.clearances, self.recovery, self.errands)
+        self.wake_queue = WakeQueue(core, self.runs)
+        self.orders = StandingOrders(core, self.fleet, self.goals, self.clearances, self.recovery, self.system_tasks)
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
@@ -209,7 +209,7 @@ class Engine:
             case inp.AgentGoneInput(agent):
                 self.fleet.on_gone(agent)
             case inp.AgentEventInput(event):
-                self.happenings.on_event(event)
+                self.agent_events.on_event(event)
             case inp.QueryReplyInput(agent, boot_id, goals, clock):
                 self.core.clock = max(self.core.now, clock)
                 self.fleet.on_query_reply(agent, boot_id, goals)
@@ -252,7 +252,7 @@ class Engine:
             case tm.AllocationDue():
                 self.allocation.look()
             case tm.TurnDue():
-                self.turns.go_on()
+                self.wake_queue.go_on()
             case tm.TaskDue():
                 self.tasks.on_deadline(due)
             case tm.HopelessDue(task, node):
@@ -296,11 +296,11 @@ class Engine:
             case nw.StatusTaken(agent, ended):
                 self.breaches.look(agent, ended)
             case nw.Landed(task, agent):
-                self.errands.grounded(task, agent)
+                self.system_tasks.grounded(task, agent)
             case nw.Flies(agent):
-                self.errands.flies(agent)
+                self.system_tasks.flies(agent)
             case nw.CameBack(agent):
-                self.errands.start_recover(agent)
+                self.system_tasks.start_recover(agent)
             case nw.UnreadableMessage(agent, text):
                 self.fleet.on_bad(agent, text)
             case nw.GoalUnreachable(agent):
@@ -329,7 +329,7 @@ class Engine:
             case nw.TaskEnds(task):
                 self.orders.ended_by_word(task)
             case nw.StepsStopped(task):
-                self.orders.tidy_goes_on(task)
+                self.orders.cleanup_goes_on(task)
             case nw.CarriedOut(record):
                 self.orders.carried_out(record)
             case _:
@@ -343,7 +343,7 @@ class Engine:
                 self._answers()
             elif core.touched:
                 touched, core.touched = core.touched, {}
-                for task_id in self.turns.of(touched):
+                for task_id in self.wake_queue.of(touched):
                     core.at_work = task_id
                     self.tasks.settle(task_id)
             elif core.stale:

@@ -168,7 +168,7 @@ class Writer:
         if self._gone:  # it went into files without a name
             return self._lost(self._gone)
         news = self._level_after(self._began, self._clock())
-        self._tidy(kept)
+        self._cleanup(kept)
         return Outcome(True, news)
 
     def end(self) -> None:
@@ -218,7 +218,7 @@ class Writer:
             self._items.append(step)
 
     # -- after a commit ------------------------------------------------------------------------------------------------
-    def _tidy(self, kept: int) -> None:
+    def _cleanup(self, kept: int) -> None:
         """Write a snapshot, or teach the codec, when it is time; whatever fails here is tried again later."""
         try:
             if len(self._lesson) >= LESSON:

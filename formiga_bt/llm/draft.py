@@ -29,7 +29,7 @@ from formiga_bt.llm.following import following
 from formiga_bt.llm.judging.agreeing import are_at_odds, elected, is_settled
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.judging.judge import Judged, judge
-from formiga_bt.llm.judging.needless import is_told
+from formiga_bt.llm.judging.needless import is_reported
 from formiga_bt.llm.records import Draft, Message, ModelReply, Round, Shortfall
 from formiga_bt.llm.rounds import Try, at_odds, guarded, is_unreadable, missing, sound, unreadable, version_of
 from formiga_bt.llm.vocabulary import offered, verbs_of
@@ -285,7 +285,7 @@ class _Drafting:
         if answer.tree is None:
             wrong = contradicted(answer, self._world, self._all_words())
             if wrong:
-                told = is_told(self._words, self._world)
+                told = is_reported(self._words, self._world)
                 if told or (answer.impossible and is_flown(self._words, self._world)):
                     self._schema = without_refusal(self._schema, may_ask=not told)
                 return without("contradicted", wrong)

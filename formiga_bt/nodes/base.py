@@ -134,7 +134,7 @@ class Node(Behaviour):
         if self.status is not RUNNING:
             return []
         drained = self.on_halt(run)
-        self.tell_stopped(run)
+        self.report_stopped(run)
         self._leave(run)
         self.status = INVALID
         return drained
@@ -228,11 +228,11 @@ class Node(Behaviour):
         self.status = status
         if status is not RUNNING:
             self.feedback_message = self.failure.code if self.failure else ""
-            self.tell_end(run)
+            self.report_end(run)
             self._leave(run)
         return status
 
-    def tell_end(self, run: Run) -> None:
+    def report_end(self, run: Run) -> None:
         """Tell how the step ended."""
         if not self.tells:
             return
@@ -241,7 +241,7 @@ class Node(Behaviour):
         else:
             run.ended(self.path, "K" if self.skipped else "S")
 
-    def tell_stopped(self, run: Run) -> None:
+    def report_stopped(self, run: Run) -> None:
         """Tell that the step was stopped."""
         if self.tells:
             run.ended(self.path, "H")

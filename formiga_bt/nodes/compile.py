@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import Node
-from formiga_bt.nodes.cleanup import FinallyNode, TidyNode
+from formiga_bt.nodes.cleanup import CleanupNode, FinallyNode
 from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode, SwitchNode
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
 from formiga_bt.nodes.extra import WithAgentsNode
@@ -50,7 +50,7 @@ def _sequence(step: model.Sequence) -> Node:
     children = [compile_step(s) for s in step.steps]
     node: Node = ReactiveNode(step, children) if step.reactive else SequenceNode(step.title, step, children)
     if step.finally_:
-        return TidyNode(step, node, lambda: compile_finally(step.finally_))
+        return CleanupNode(step, node, lambda: compile_finally(step.finally_))
     return node
 
 

@@ -57,7 +57,7 @@ class Modifier(Node, decorators.Decorator):
         """Return this node's status for the child's."""
         raise NotImplementedError
 
-    def tell_end(self, run: Run) -> None:
+    def report_end(self, run: Run) -> None:
         """Tell of a failure that is not the child's: what it reads at its start is not known."""
         if self.failure is not None and self.failure is not self.child.failure:
             run.ended(self.path, "F", self.failure.code)
@@ -191,10 +191,10 @@ class TimeoutNode(Modifier):
         """Pass through."""
         return self.same()
 
-    def tell_end(self, run: Run) -> None:
+    def report_end(self, run: Run) -> None:
         """Tell how a step ended that was stopped at the deadline."""
         if not self.halting:
-            super().tell_end(run)
+            super().report_end(run)
         elif self.failure is not None:
             run.ended(self.path, "F", self.failure.code)
         else:

@@ -102,7 +102,7 @@ class RetryMem(Struct, frozen=True, tag="retry", tag_field="mem"):
     """and those that failed in earlier ones."""
 
 
-class TidyMem(Struct, frozen=True, tag="tidy", tag_field="mem"):
+class CleanupMem(Struct, frozen=True, tag="tidy", tag_field="mem"):
     """A sequence with `finally`: whether it tidies up now, and what the sequence had decided."""
 
     closing: bool = False
@@ -182,5 +182,5 @@ class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
 
 Mem = (
     SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | WaitForMem | PassMem | TimeoutMem
-    | RetryMem | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem | RequestMem
+    | RetryMem | CleanupMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem | RequestMem
 )  # fmt: skip

@@ -171,7 +171,7 @@ class TaskOrder(Struct, frozen=True):
     detached: bool
 
 
-class TidyOrder(Struct, frozen=True):
+class CleanupOrder(Struct, frozen=True):
     """A stopped sequence hands its `finally` over to whoever waits for the ends of its goals."""
 
     path: str
@@ -303,7 +303,7 @@ class Run(Protocol):
         """Cancel a goal; return whether its end must be waited for (False: it never left, or has ended)."""
         ...
 
-    def tidy(self, order: TidyOrder, tree: Any = None) -> FinallyEnd | None:
+    def cleanup(self, order: CleanupOrder, tree: Any = None) -> FinallyEnd | None:
         """Hand over a `finally`, with its tree if it runs already; return its end, None = it is skipped (abort --now)."""
         ...
 

@@ -71,11 +71,11 @@ class OneEach:
             self._told.discard(agent)
         if agent in self._desk:
             if not isinstance(event, AgentGone | SendFailed):
-                self._tell_once(agent, AT_DESK.format(agent=agent))
+                self._report_once(agent, AT_DESK.format(agent=agent))
             return False
         return True
 
-    def _tell_once(self, agent: str, text: str) -> None:
+    def _report_once(self, agent: str, text: str) -> None:
         if agent not in self._told:
             self._told.add(agent)
             self._tell(agent, text)

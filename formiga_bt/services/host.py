@@ -197,7 +197,7 @@ class EngineHost:
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
         fails = self._failpoint
-        once = [OneEach(wire, self._desk_types, self._tell_double) for wire in self._wires]
+        once = [OneEach(wire, self._desk_types, self._report_double) for wire in self._wires]
         wires: list[AgentTransport] = [self._desk, *once]
         self.driver = RealtimeDriver(
             engine,
@@ -245,7 +245,7 @@ class EngineHost:
         flights.start()
         self._opened.append(flights.stop)
         self.house = StandingAlarms(
-            self._tell_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles]
+            self._report_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles]
         )
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
@@ -380,7 +380,7 @@ class EngineHost:
         return self._desk
 
     # -- while it runs ---------------------------------------------------------------------------------------------
-    def _tell_double(self, agent: str, text: str) -> None:
+    def _report_double(self, agent: str, text: str) -> None:
         self.feed.add("alarm", self.driver.now(), text, agent=agent, data={"code": "double"})
         self.feed.announce()
 
@@ -393,7 +393,7 @@ class EngineHost:
         found = {**self._folder.unusable, **self._store.unusable}
         return [Trouble("set_aside", name, text) for name, text in sorted(found.items())]
 
-    def _tell_trouble(self, severity: str, trouble: Trouble) -> None:
+    def _report_trouble(self, severity: str, trouble: Trouble) -> None:
         text = f"{trouble.text} ({trouble.code})" if severity == "alarm" else f"{trouble.code} is over"
         self.feed.add(severity, self.driver.now(), text, data={"code": trouble.code, "severity": severity})
         self.feed.announce()

@@ -377,7 +377,7 @@ class ServiceOrders:
         then = f"when it is back and fit: formiga agents clear {agent}"
         return with_keeping(f"{agent} counts as removed: its way and its place are free; {then}", reply)
 
-    def tell_event(self, agent: str, event: str, fields: Mapping[str, Any]) -> str:
+    def report_event(self, agent: str, event: str, fields: Mapping[str, Any]) -> str:
         """Tell an event for a person who works at this desk; `fields` are texts, or JSON.
 
         Raises:

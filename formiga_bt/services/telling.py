@@ -63,7 +63,7 @@ class Telling:
             said = problems[0].message
             text = said if said.startswith(f"{event} ") else f"{event}: {said}"
             raise Refused("bad_fields", text, problems[0].help or "", texts)
-        self._desk.tell_event(agent, event, {name: to_wire(value) for name, value in values.items()})
+        self._desk.report_event(agent, event, {name: to_wire(value) for name, value in values.items()})
         return f"{agent} tells {event}"
 
     def _kind(self, agent: str) -> AgentType:

@@ -154,7 +154,7 @@ class EngineView:
             case ch.QuestionDrop(question_id):
                 dropped = state.questions.get(question_id)
                 if dropped is not None and dropped.reply is None:
-                    self._tell_question(at, dropped, "withdrawn", f"{dropped.number} is withdrawn")
+                    self._report_question(at, dropped, "withdrawn", f"{dropped.number} is withdrawn")
 
     def rows(self, task_id: str) -> Sequence[ActionRow]:
         """Return the actions of a task, oldest first; hold the state still meanwhile."""
@@ -262,12 +262,12 @@ class EngineView:
 
     def _question(self, at: Micros, question: Question, before: Question | None) -> None:
         if before is None:
-            self._tell_question(at, question, "open", f"{question.number}: {question.text}")
+            self._report_question(at, question, "open", f"{question.number}: {question.text}")
         elif question.reply is not None and before.reply is None:
             said = f"{question.reply['answer']} by {question.reply['by']}"
-            self._tell_question(at, question, "answered", f"{question.number} is answered: {said}")
+            self._report_question(at, question, "answered", f"{question.number} is answered: {said}")
 
-    def _tell_question(self, at: Micros, question: Question, state: str, text: str) -> None:
+    def _report_question(self, at: Micros, question: Question, state: str, text: str) -> None:
         data = {"question": question.number, "state": state, "options": list(question.options)}
         self.feed.add("question", at, text, task=question.task, data={**data, "people": list(question.asked)})
 

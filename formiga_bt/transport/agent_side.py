@@ -250,7 +250,7 @@ class AgentSide:
         elif self._clock is not None and self._clock[1].epoch == beat.epoch and not self._believes_beat(beat.beat):
             return
         elif was_cut_off:
-            self._tell_events_again()
+            self._report_events_again()
         self._beat = max(self._beat, beat.beat)
         self._heard_at = self._now()
         self._clock = (self._heard_at, beat)
@@ -258,7 +258,7 @@ class AgentSide:
             self._engine_now = beat.engine_us
         self._unsure = ([], self._unsure[0])
         if was_cut_off:
-            self._tell_what_was_not_heard()
+            self._report_unheard()
 
     def excuse_silence(self) -> None:
         """Count silence from now on: the owner itself stood still and could not have heard."""
@@ -318,7 +318,7 @@ class AgentSide:
             self.set_status(**fields)
         self._link.publish_status(self._make_status())
 
-    def tell_event(self, event: str, **fields: Any) -> None:
+    def report_event(self, event: str, **fields: Any) -> None:
         """Publish an event of the agent's own, with its fields as wire values.
 
         What was told while no engine was heard, or just before, is told again to the next one that is.
@@ -344,7 +344,7 @@ class AgentSide:
 
     # Inside.
 
-    def _tell_what_was_not_heard(self) -> None:
+    def _report_unheard(self) -> None:
         """Say again, now that the engine is heard, what ended in the silence."""
         untold, self._untold = self._untold, []
         for goal in untold:
@@ -372,9 +372,9 @@ class AgentSide:
     def _begin_epoch(self, epoch: int, beat: int) -> None:
         """Another engine is there: it may not know what was told to the one before, or to nobody."""
         self._epoch, self._beat, self._far_beat = epoch, beat, None
-        self._tell_events_again()
+        self._report_events_again()
 
-    def _tell_events_again(self) -> None:
+    def _report_events_again(self) -> None:
         newest, older = self._unsure
         for event in (*older, *newest):
             self._link.publish_agent_event(event)

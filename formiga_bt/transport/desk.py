@@ -169,7 +169,7 @@ class DeskTransport:
         self._on_change()
         return None
 
-    def tell_event(self, person: str, event: str, fields: Mapping[str, Any]) -> None:
+    def report_event(self, person: str, event: str, fields: Mapping[str, Any]) -> None:
         """Tell an event of a person's own, with its fields as wire values.
 
         Raises:
@@ -179,7 +179,7 @@ class DeskTransport:
             one = self._people.get(person)
             if one is None:
                 raise TransportError(f"nobody called {person!r} is at the desk")
-            one.side.tell_event(event, **fields)
+            one.side.report_event(event, **fields)
         self._wake()
 
     # The engine's end.

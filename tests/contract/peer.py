@@ -91,7 +91,7 @@ class ScriptedBody:
             self.later(0.1, lambda: self.wire.cut(vanishes=bool(fields.get("vanishes"))))
             self.later(0.1 + fields["deaf_s"], self.wire.mend)
         for level in fields.get("tell", ()):
-            self.side.tell_event("alarm", level=level)
+            self.side.report_event("alarm", level=level)
         step = fields.get("step_s", 0.01)
         at = step
         for progress in fields.get("feedback", ()):

@@ -395,7 +395,7 @@ def test_a_finally_that_an_order_stopped_goes_on_when_its_task_is_ended(fly: Fly
     """It waits for nobody's word then; what it cannot do any more ends."""
     rehearsal = fly(task_of(TIDY, *packaged_world(), "Tidy"))
     task = rehearsal.submit("Tidy")
-    assert rehearsal.run_until(lambda: bool(rehearsal.task(task).tidying), 600)
+    assert rehearsal.run_until(lambda: bool(rehearsal.task(task).cleanups), 600)
     rehearsal.run_for(2)
     (drone,) = rehearsal.task(task).roles["drone"]
     if stop == "lockdown":

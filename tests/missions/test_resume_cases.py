@@ -727,5 +727,5 @@ def test_an_event_that_was_told_while_no_engine_was_there_is_told_to_the_next(aw
     flown.flight.run_for(5)
     ended = task(flown, id_)
     assert ended.status == "SUCCEEDED", flown.story()
-    assert len(flown.flight.engine.state.happenings["picker_1"]) == 1
+    assert len(flown.flight.engine.state.agent_events["picker_1"]) == 1
     flown.flight.close()

@@ -14,7 +14,7 @@ from formiga_bt.engine.tasks.treerun import Ended, TreeHost
 from formiga_bt.lang import model
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.ends import AgentReleased, ChildEnd, End, GoalEnd
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TaskOrder, TidyOrder
+from formiga_bt.nodes.run import AskOrder, CleanupOrder, Failure, GoalOrder, GoalView, Runaway, TaskOrder
 
 
 class Done(NamedTuple):
@@ -331,7 +331,7 @@ class NaiveTrees:
             self.mem[at.path] = {}  # the steps of `finally` count as one node at the sequence's path
             self.host.open_scope(at.key, {"..": at.scope, ".=": True})
         try:
-            if self._in_order(self._tidy(at, mem), mem["tidy"]) is None:
+            if self._in_order(self._cleanup(at, mem), mem["tidy"]) is None:
                 return None
         except (BrokenError, Runaway):
             mem["broken"] = True
@@ -347,15 +347,15 @@ class NaiveTrees:
         error = (mem["ended"].failure if closing else None) or at.error
         end = None
         if not mem.get("broken"):
-            order = TidyOrder(at.path, at.scope, at.key, tuple(goals), error)
-            end = self.host.tidy(order, mem["tidy"] if closing else None)
+            order = CleanupOrder(at.path, at.scope, at.key, tuple(goals), error)
+            end = self.host.cleanup(order, mem["tidy"] if closing else None)
         if closing and end is None:
-            goals = self._halt_child(self._tidy(at, mem), mem["tidy"])
+            goals = self._halt_child(self._cleanup(at, mem), mem["tidy"])
             del self.mem[at.path]
             self.host.close_scope(at.key)
         return goals if end is None else [*goals, end]
 
-    def _tidy(self, at: At, mem: dict[str, Any]) -> list[At]:
+    def _cleanup(self, at: At, mem: dict[str, Any]) -> list[At]:
         assert isinstance(at.step, model.Sequence)
         error = mem["ended"].failure or at.error
         return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.key, error, "", at.retries) for s in at.step.finally_]

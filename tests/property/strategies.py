@@ -190,7 +190,7 @@ class Writer:
             *blocks,
             "reactive",
             "reactive",
-            "tidy",
+            "cleanup",
             "while",
             "repeat",
             "repeat",
@@ -307,7 +307,7 @@ class Writer:
         self.may_leave = leave
         return {kind: steps, "reactive": True}
 
-    def _tidy(self, depth: int) -> dict[str, Any]:
+    def _cleanup(self, depth: int) -> dict[str, Any]:
         steps = self.steps(depth - 1)
         return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False, may_want=False)}
 

@@ -19,7 +19,7 @@ ENCODER = msgspec.json.Encoder()
 
 def sections(world: World, task: str) -> set[str]:
     """Return the sections of the nodes that run, each `finally` of a stopped sequence left out."""
-    tidied = [tidy.path for tidy in world.engine.state.tasks[task].tidying if tidy.state == "running"]
+    tidied = [cleanup.path for cleanup in world.engine.state.tasks[task].cleanups if cleanup.state == "running"]
     keys = (key for key in world.engine.statuses(task) if not any(below(key, path) for path in tidied))
     return {key.split("/", 1)[0] for key in keys}
 

@@ -252,7 +252,7 @@ class Scripted:
     def tell(self, event: str) -> None:
         assert self.side is not None
         self.told += 1
-        self.side.tell_event(event, **({"n": self.told} if event == "ping" else {}))
+        self.side.report_event(event, **({"n": self.told} if event == "ping" else {}))
 
     def take_over(self) -> None:
         if self.side is not None:

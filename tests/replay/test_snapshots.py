@@ -12,6 +12,7 @@ from formiga_bt.nodes.ends import AgentReleased, ChildEnd, GoalEnd
 from formiga_bt.nodes.memory import (
     AskMem,
     CallMem,
+    CleanupMem,
     DoMem,
     FallbackMem,
     GatherMem,
@@ -23,7 +24,6 @@ from formiga_bt.nodes.memory import (
     RetryMem,
     SequenceMem,
     SwitchMem,
-    TidyMem,
     TimeoutMem,
     WaitMem,
     WithMem,
@@ -60,7 +60,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
         PassMem,
         TimeoutMem,
         RetryMem,
-        TidyMem,
+        CleanupMem,
     }
     kinds |= {LiveMem, GatherMem, LoopMem, ItemsMem, WithMem, RequestMem}
     assert kinds <= {type(mem) for mem in mems}
@@ -80,7 +80,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     assert any(task.stopping for task in tasks)
     assert any(task.releasing for task in tasks)
     assert any(cause.startswith("take-over:") for task in tasks for cause in task.held)
-    assert {"running", "waiting"} <= {tidy.state for task in tasks for tidy in task.tidying}
+    assert {"running", "waiting"} <= {cleanup.state for task in tasks for cleanup in task.cleanups}
 
 
 @pytest.mark.parametrize("name", MISSIONS)

@@ -53,4 +53,4 @@ def unwoken(engine: Engine) -> Iterator[tuple[str, str]]:
 def _has_come(engine: Engine, run: TaskRun, node: WaitForNode) -> bool:
     agent, event = node.mem.agent, node.step.event
     after = run.events_seen(agent, event) if node.step.since_task else node.mem.after
-    return any(one.event == event and one.order > after for one in engine.state.happenings.get(agent, ()))
+    return any(one.event == event and one.order > after for one in engine.state.agent_events.get(agent, ()))

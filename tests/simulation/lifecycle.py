@@ -163,7 +163,7 @@ def _task(task: TaskRecord) -> Iterator[Point]:
 
 def _parts_of(task: TaskRecord) -> Iterator[tuple[str, dict[str, str]]]:
     yield "held", dict.fromkeys(task.held, "on")
-    yield "finally", {tidy.id: tidy.state for tidy in task.tidying}
+    yield "finally", {cleanup.id: cleanup.state for cleanup in task.cleanups}
     yield "way home", {f"{one.agent}#{task.run}": one.state for one in task.recovering}
 
 

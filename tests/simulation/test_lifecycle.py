@@ -40,7 +40,7 @@ def declared(record: Any, field: str) -> set[str]:
         ("lockdown", declared(rec.Lockdown, "how")),
         ("resume", declared(rec.Resuming, "phase")),
         ("way home", declared(rec.Recovering, "state")),
-        ("finally", declared(rec.Tidy, "state")),
+        ("finally", declared(rec.Cleanup, "state")),
         ("journal", set(LEVELS)),
     ],
 )

@@ -243,6 +243,9 @@ class _Rarer(_Drawing):
             case "at once":  # the goal is wished for, and not any more, in one step
                 return {"parallel": [self.go(role), {"notify": "Never mind."}], "need": "any"}
             case "cut short":
-                tidy: Step = {"sequence": [self.go(role), self.go(role)], "finally": self.cleanup(dice.random() < 0.5)}
-                return {"parallel": [tidy, {"wait": f"{dice.randint(1, 10)} s"}], "need": "any"}
+                cleanup: Step = {
+                    "sequence": [self.go(role), self.go(role)],
+                    "finally": self.cleanup(dice.random() < 0.5),
+                }
+                return {"parallel": [cleanup, {"wait": f"{dice.randint(1, 10)} s"}], "need": "any"}
         return super().block(role, depth)

@@ -367,8 +367,8 @@ class World:
         """Return the task that is said to have ended the engine."""
         runs = [task.id for task in state.tasks.values() if task.section not in ("", "done")]
         which, self._death = self._death.blames, msgspec.structs.replace(self._death, blames=0)
-        tidying = [task for task in runs if any(not one.ended for one in state.tasks[task].tidying)]
-        runs = tidying or runs
+        cleanups = [task for task in runs if any(not one.ended for one in state.tasks[task].cleanups)]
+        runs = cleanups or runs
         found = (runs[which % len(runs)],) if which and runs else ()
         self.blamed.update(found)
         return found

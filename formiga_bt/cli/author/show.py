@@ -69,7 +69,7 @@ def command(
         if live:
             raise UnusableFile("--live follows a task that an engine runs, and this is a file; name the task's id")
         canvas.show(_drawing(file, site, actions or []))
-        _tell_written(out)
+        _report_written(out)
         return
     source = _connect(what, site, url, token_file, journal, at)
     picture = _task(source, what)
@@ -81,10 +81,10 @@ def command(
         follow(lambda: source.task(what), picture, canvas)
     else:
         canvas.show_task(picture)
-    _tell_written(out)
+    _report_written(out)
 
 
-def _tell_written(out: Path | None) -> None:
+def _report_written(out: Path | None) -> None:
     if out is not None:
         typer.echo(f"written: {out}", err=True)
 

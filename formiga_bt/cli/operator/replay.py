@@ -10,7 +10,7 @@ import typer
 
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.cli.client import JsonOption, print_json, print_table
-from formiga_bt.cli.past import AtOption, JournalOption, machine_of, moment_of, tell_end, zone
+from formiga_bt.cli.past import AtOption, JournalOption, machine_of, moment_of, report_end, zone
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
@@ -91,7 +91,7 @@ def _print(machine: "TimeMachine", at: str, task: str, *, as_json: bool) -> None
 
     source = JournalSource(machine, moment_of(machine, at) if at else machine.last, zone())
     if at:
-        tell_end(machine, at)
+        report_end(machine, at)
     if as_json:
         print_json(msgspec.to_builtins(tale(source, task) if task else source.now(count=10_000, over=True)))
     elif task:

@@ -125,7 +125,7 @@ def command(
     texts[SITE_FILES] = dict(world.sources)
     kept = None if no_journal else JournalAt(journal, durability.value)
     if journal:
-        tell_others(journal, world.site.name)
+        report_others(journal, world.site.name)
 
     host = EngineHost(
         world.site, world.catalogue, served,
@@ -166,7 +166,7 @@ def site_world(actions: list[Path], site: Path) -> CheckWorld:
     return world
 
 
-def tell_others(journal: str, site: str) -> None:
+def report_others(journal: str, site: str) -> None:
     """Say if a journal that is named has the history of other sites, and none of this one: it may be the wrong file."""
     from formiga_bt.journal.reading import others_in
 

@@ -54,7 +54,7 @@ class Fleet:
         self._people = people
         self._clearances = clearances
         self._admission = Admission(core, goals)
-        self._boots = ProcessIdentity(core, goals)
+        self._process_identity = ProcessIdentity(core, goals)
         self._repeats = Repeats(core)
 
     # -- presence ------------------------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ class Fleet:
                 return
             # What it says of heights is none of ours.
             status = replace(status, position=agent.position, initial_deployment=None)
-        if self._boots.passes_over(agent, status, wall):
+        if self._process_identity.passes_over(agent, status, wall):
             return
         epochs.heard(core, agent, status)
         if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
@@ -315,7 +315,7 @@ class Fleet:
         # One that was removed does too, unless it flies after all.
         if agent.pool != "QUARANTINED" or agent.liveness != "ALIVE" or agent.refused:
             return
-        alone = agent.quarantine == DOUBLE and wall > 0 and not self._boots.are_two(agent, wall)
+        alone = agent.quarantine == DOUBLE and wall > 0 and not self._process_identity.are_two(agent, wall)
         if alone or agent.quarantine in COMES_BACK or (agent.quarantine == REMOVED and agent.landed == "airborne"):
             self.begin_return(agent_id)
 
@@ -378,7 +378,7 @@ class Fleet:
 
     def _rebooted(self, agent: AgentRecord, boot_id: str, wall: int = 0) -> None:
         """Its process is another one: what it did before ended unknown."""
-        self._boots.begin(agent, boot_id, wall)
+        self._process_identity.begin(agent, boot_id, wall)
         self._goals.lose(agent.id, "in_doubt", "in_doubt")
         if agent.human:
             return

@@ -397,16 +397,16 @@ class RealtimeDriver:
         if self._worst:
             self._worst = max(self._worst, self._behind)
             if self._behind <= most // KEEPS_UP:
-                self._tell_load(0)
+                self._report_load(0)
         elif self._behind <= most:
             self._behind_since = None
         elif self._behind_since is None:
             self._behind_since = self._turn
         elif self._turn - self._behind_since >= BEHIND_FOR_US:
             self._worst = self._behind
-            self._tell_load(self._behind)
+            self._report_load(self._behind)
 
-    def _tell_load(self, late: Micros) -> None:
+    def _report_load(self, late: Micros) -> None:
         log.warning(
             "overloaded: deadlines are given %.1f s late" if late else "the engine keeps up again; it was %.1f s late",
             (late or self._worst) / SECOND,

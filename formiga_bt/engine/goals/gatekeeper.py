@@ -81,13 +81,13 @@ class Gatekeeper:
         if goal.code != no.code or goal.text != no.whom:
             goal = self._core.put_goal(goal.id, code=no.code, text=no.whom)
             if no.code == "rebooted":
-                self._tell_of_rebooted(goal)
+                self._report_rebooted(goal)
         if no.code == "clearance":
             self._clearances.need(goal)
         elif no.code in BUSY:
             self.room.waits(goal)
 
-    def _tell_of_rebooted(self, goal: GoalRecord) -> None:
+    def _report_rebooted(self, goal: GoalRecord) -> None:
         knows = self._core.state.agents[goal.agent].landed == "grounded"
         stands = "stands" if knows else "does not know whether it stands"
         text = f"{goal.agent} was started anew and {stands}; {goal.action} waits until you have looked at it"

@@ -76,7 +76,7 @@ class ClearancePut(Struct, frozen=True, tag=True):
 class AgentEventNoted(Struct, frozen=True, tag=True):
     """An agent told an event of its own."""
 
-    happening: AgentEventRecord
+    event: AgentEventRecord
 
 
 class OrderPut(Struct, frozen=True, tag=True):

@@ -17,9 +17,9 @@ def is_over(state: EngineState, task: TaskRecord, end: End) -> bool:
         case GoalEnd(goal_id):
             goal = state.goals.get(goal_id)
             return goal is None or goal.ended
-        case FinallyEnd(tidy_id):
-            tidy = task.tidy(tidy_id)
-            return tidy is None or tidy.ended
+        case FinallyEnd(cleanup_id):
+            cleanup = task.cleanup(cleanup_id)
+            return cleanup is None or cleanup.ended
         case AgentReleased(agent):
             return agent not in task.releasing
         case ChildEnd(child_id):
@@ -35,9 +35,9 @@ def adopt(core: Core, task_id: str, end: End, owner: str) -> None:
     match end:
         case GoalEnd(goal):
             core.put_goal(goal, owner=owner)
-        case FinallyEnd(tidy_id):
-            tidying = tuple(replace(one, owner=owner) if one.id == tidy_id else one for one in task.tidying)
-            core.put_task(task_id, tidying=tidying)
+        case FinallyEnd(cleanup_id):
+            cleanups = tuple(replace(one, owner=owner) if one.id == cleanup_id else one for one in task.cleanups)
+            core.put_task(task_id, cleanups=cleanups)
         case AgentReleased(agent):
             if agent in task.releasing:
                 now = replace(task.releasing[agent], owner=owner)
@@ -54,8 +54,8 @@ def forget(core: Core, task_id: str, end: End) -> None:
         case GoalEnd(goal):
             if goal in core.state.goals:
                 core.emit(ch.GoalDrop(goal))
-        case FinallyEnd(tidy_id):
-            core.put_task(task_id, tidying=tuple(one for one in core.task(task_id).tidying if one.id != tidy_id))
+        case FinallyEnd(cleanup_id):
+            core.put_task(task_id, cleanups=tuple(one for one in core.task(task_id).cleanups if one.id != cleanup_id))
         case AgentReleased() | ChildEnd():
             pass
         case _:

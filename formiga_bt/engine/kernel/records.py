@@ -127,7 +127,7 @@ class Recovering(Struct, frozen=True):
         return self.attempt - self.first + 1
 
 
-class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
+class Cleanup(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The `finally` of a stopped sequence."""
 
     id: str
@@ -252,7 +252,7 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The section was stopped and its goals drain."""
     drain: Drain = ()
     """What the next part waits for."""
-    tidying: tuple[Tidy, ...] = ()
+    cleanups: tuple[Cleanup, ...] = ()
     """Each `finally` of a stopped sequence that is not over."""
     outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
     code: str = ""
@@ -307,9 +307,9 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         """Return whether it has its terminal status."""
         return self.section == "done"
 
-    def tidy(self, tidy_id: str) -> Tidy | None:
+    def cleanup(self, cleanup_id: str) -> Cleanup | None:
         """Return the `finally` with this id that is not forgotten."""
-        return next((tidy for tidy in self.tidying if tidy.id == tidy_id), None)
+        return next((cleanup for cleanup in self.cleanups if cleanup.id == cleanup_id), None)
 
     @property
     def attached(self) -> bool:

@@ -70,7 +70,7 @@ class EngineState(Struct):
     """bundle of a task that a model wrote -> who asked for it"""
     library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
     """task -> its versions, oldest first, once another than the first is served"""
-    happenings: dict[str, list[AgentEventRecord]] = field(default_factory=dict)
+    agent_events: dict[str, list[AgentEventRecord]] = field(default_factory=dict)
     """agent -> its newest events, oldest first; at most `KEPT_EVENTS`"""
     requests: dict[str, AgentRequest] = field(default_factory=dict)
     explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
@@ -130,9 +130,9 @@ def _clearance(state: EngineState, _: Blackboard, change: ch.ClearancePut) -> No
 
 
 def _happened(state: EngineState, board: Blackboard, change: ch.AgentEventNoted) -> None:
-    one = change.happening
-    state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
-    state.counters["happening"] = one.order
+    one = change.event
+    state.agent_events[one.agent] = [*state.agent_events.get(one.agent, ()), one][-KEPT_EVENTS:]
+    state.counters["agent_event"] = one.order
     board.touch(event_key(one.agent, one.event))
 
 
@@ -418,8 +418,8 @@ def load_snapshot(data: bytes) -> EngineState:
             state.tasks[task_id] = msgspec.structs.replace(task, params=revive(task.params))
     for goal_id, goal in state.goals.items():
         state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
-    for agent_id, happened in state.happenings.items():
-        state.happenings[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
+    for agent_id, happened in state.agent_events.items():
+        state.agent_events[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
     for memory in state.memory.values():
         for path, mem in memory.items():
             failure = getattr(mem, "failure", None)

@@ -48,14 +48,20 @@ class StandingOrders:
     """All standing orders, and lockdown."""
 
     def __init__(
-        self, core: Core, fleet: Fleet, goals: Goals, clearances: Clearances, recovery: Recovery, errands: SystemTasks
+        self,
+        core: Core,
+        fleet: Fleet,
+        goals: Goals,
+        clearances: Clearances,
+        recovery: Recovery,
+        system_tasks: SystemTasks,
     ) -> None:
         self._core = core
         self._fleet = fleet
         self._goals = goals
         self._clearances = clearances
         self._recovery = recovery
-        self._errands = errands
+        self._system_tasks = system_tasks
         self._replaced = ""
         """Whose order is being replaced: what carried out the old one ends, and its machine waits for the new one."""
 
@@ -144,10 +150,10 @@ class StandingOrders:
         task = core.state.tasks.get(order.task)
         if task is not None and task.stop and task.section != "done":
             self._replaced = order.agent if replaced else ""
-            self._errands.end(task.id)
+            self._system_tasks.end(task.id)
             self._replaced = ""
         if not replaced:
-            self._errands.ordered_home(core.state.agents[order.agent].task)
+            self._system_tasks.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
 
     def bring_home_if_idle(self, agent_id: str, by: str) -> None:
@@ -227,8 +233,8 @@ class StandingOrders:
             text = f"{agent.id} cannot {order.stop}: its type {agent.type} has no way to"
             self._core.effect(Alarm("agent_needs_help", text, agent.task, agent.id))
             return
-        self.put(replace(order, task=self._errands.next_id(NAMES[order.stop])))
-        self._errands.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
+        self.put(replace(order, task=self._system_tasks.next_id(NAMES[order.stop])))
+        self._system_tasks.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
 
     def _cut(self, agent: AgentRecord, order: StandingOrder) -> None:
         core = self._core
@@ -257,7 +263,7 @@ class StandingOrders:
                 for goal in self.waiting(agent):
                     if goal.section != "steps" and goal.state == "interrupted" and self.cannot(goal, agent):
                         self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
-            self._errands.ordered_home(agent.task)
+            self._system_tasks.ordered_home(agent.task)
 
     def carried_out(self, task: TaskRecord) -> None:
         """A system task that carried out an order ended, well or not."""
@@ -279,7 +285,7 @@ class StandingOrders:
             self.put(replace(order, task="", state="failed"))
         else:
             self.put(replace(order, task=""))
-        self._errands.ordered_home(agent.task)
+        self._system_tasks.ordered_home(agent.task)
 
     def no_way_home(self, agent_id: str, why: str) -> None:
         """No legal leg leads home: the machine lands where it is."""
@@ -380,7 +386,7 @@ class StandingOrders:
             if cause.startswith("operator") or cause == "resume":
                 unhold(core, task_id, cause)
 
-    def tidy_goes_on(self, task_id: str) -> None:
+    def cleanup_goes_on(self, task_id: str) -> None:
         """The steps of a task were stopped on a person's word: each `finally` of them that an order had stopped goes on."""
         for agent in self.machines_of(self._core.task(task_id)):
             if agent.id not in self._core.state.orders and agent.control == "engine" and not agent.taken:

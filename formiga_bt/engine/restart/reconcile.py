@@ -264,7 +264,7 @@ class Reconcile:
             self._call_off(agent_id)
         for agent_id, was in list(resume.before.items()):
             self._compare(core.state.agents[agent_id], was)
-        self._put(waits=tuple(one for one in self._resume.waits if not self._has_told(one, given)))
+        self._put(waits=tuple(one for one in self._resume.waits if not self._has_reported(one, given)))
         if isinstance(given, inp.EffectFailed) and given.what == "query" and given.agent in self._resume.waits:
             core.set_wall(AskDue(given.agent), ASK_AGAIN_US)
         if self._resume.phase == "asking" and not self._resume.waits:
@@ -281,7 +281,7 @@ class Reconcile:
         if new != self._resume:
             self._core.emit(ch.ResumePut(new))
 
-    def _has_told(self, agent_id: str, given: inp.Input) -> bool:
+    def _has_reported(self, agent_id: str, given: inp.Input) -> bool:
         if isinstance(given, inp.QueryReplyInput) and given.agent == agent_id:
             return True
         agent = self._core.state.agents[agent_id]

@@ -47,7 +47,7 @@ class Rescue:
             section="finally" if task.section == "recover" else task.section,  # its way home is begun anew
             stopping=True,
             drain=drain,
-            tidying=(),
+            cleanups=(),
             releasing={},
             served={},
             clock=replace(task.clock, paused=()),

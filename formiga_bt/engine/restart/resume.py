@@ -53,8 +53,8 @@ def _restore(core: Core, runs: Runs, recovery: Recovery, task: TaskRecord) -> No
     if task.section in memory:
         steps = section_steps(core.model(task), task.section)
         runs.of(task.id).trees.restore(task.section, steps, "")
-    if task.tidying:
-        runs.of(task.id).tidies.restore()
+    if task.cleanups:
+        runs.of(task.id).cleanups.restore()
     for recovering in task.recovering:
         if recovering.section in memory:
             recovery.restore(recovering, runs.of(task.id).trees)
@@ -80,7 +80,7 @@ def copy_of(state: EngineState) -> EngineState:
         duty=dict(state.duty),
         drafted=dict(state.drafted),
         library=dict(state.library),
-        happenings={agent: list(told) for agent, told in state.happenings.items()},
+        agent_events={agent: list(told) for agent, told in state.agent_events.items()},
         requests=dict(state.requests),
         explanations=dict(state.explanations),
         counters=dict(state.counters),

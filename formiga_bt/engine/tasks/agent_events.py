@@ -27,7 +27,7 @@ class AgentEvents:
         agent = core.state.agents.get(event.agent)
         if agent is None or agent.refused:
             return
-        if any((old.boot_id, old.n) == (event.boot_id, event.n) for old in core.state.happenings.get(agent.id, ())):
+        if any((old.boot_id, old.n) == (event.boot_id, event.n) for old in core.state.agent_events.get(agent.id, ())):
             return
         types = core.agent_type(agent).events.get(event.event)
         if types is None:
@@ -42,7 +42,7 @@ class AgentEvents:
             self._fleet.on_bad(agent.id, f"event {event.event} misses {missing[0]}")
             return
         self._forget_oldest(agent.id)
-        order = core.state.counters.get("happening", 0) + 1
+        order = core.state.counters.get("agent_event", 0) + 1
         core.emit(
             ch.AgentEventNoted(AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields))
         )
@@ -50,7 +50,7 @@ class AgentEvents:
     def _forget_oldest(self, agent: str) -> None:
         """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""
         core = self._core
-        kept = core.state.happenings.get(agent, [])
+        kept = core.state.agent_events.get(agent, [])
         if len(kept) < KEPT_EVENTS:
             return
         key = f"{agent}|{kept[0].event}"

@@ -23,13 +23,13 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.drains import adopt, forget, is_over
-from formiga_bt.engine.kernel.records import TaskRecord, Tidy
+from formiga_bt.engine.kernel.records import Cleanup, TaskRecord
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.engine.tasks.treerun import Ended, TaskTrees
 from formiga_bt.lang.model import Call, For, Sequence, Step, WithAgents
 from formiga_bt.lang.places import steps_around
 from formiga_bt.nodes.ends import Drain, FinallyEnd
-from formiga_bt.nodes.run import AROUND, THROUGH, TidyOrder
+from formiga_bt.nodes.run import AROUND, THROUGH, CleanupOrder
 
 TIDY_US: Final = 120 * SECOND
 """The longest time of one `finally` after a stop."""
@@ -48,7 +48,7 @@ class Cleanups:
         """What is stopped now is not tidied up (abort --now, a breach)."""
 
     # -- for the nodes -----------------------------------------------------------------------------------------------
-    def take(self, order: TidyOrder, tree: Any) -> FinallyEnd | None:
+    def take(self, order: CleanupOrder, tree: Any) -> FinallyEnd | None:
         """Take over a `finally`, already running if there is a `tree`; return its end, or None if it is skipped."""
         task = self._task
         section = order.path.partition("/")[0]
@@ -56,18 +56,18 @@ class Cleanups:
             return None
         token = f"finally:{task.id}/{task.run}/{order.path}"
         self._core.emit(ch.ScopePut(task.id, order.alias, self._names(order, tree is not None)))
-        tidy = Tidy(
+        cleanup = Cleanup(
             id=token, path=order.path, scope=order.alias, after=order.after, error=order.error,
             state="waiting" if tree is None else "running",
         )  # fmt: skip
-        self._core.put_task(task.id, tidying=(*task.tidying, tidy))
+        self._core.put_task(task.id, cleanups=(*task.cleanups, cleanup))
         if tree is not None:
-            self._trees.take_over(token, tree, self._steps(tidy), order.alias, order.path, order.error)
+            self._trees.take_over(token, tree, self._steps(cleanup), order.alias, order.path, order.error)
             self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, task.id, pausable=True)
         self._core.touch(task.id)
         return FinallyEnd(token)
 
-    def _names(self, order: TidyOrder, running: bool) -> dict[str, Any]:
+    def _names(self, order: CleanupOrder, running: bool) -> dict[str, Any]:
         """Return the names that it sees: what is about to be forgotten is copied, the task's own stay the task's."""
         scopes = self._core.state.scopes[self._task_id]
         inner: list[Mapping[str, Any]] = []
@@ -103,9 +103,9 @@ class Cleanups:
         names = [name for loop in loops for name in (*loop.lists, *([loop.collect] if loop.collect else ()))]
         return [*names, *(name for block in blocks for name in block.roles)]
 
-    def _steps(self, tidy: Tidy) -> tuple[Step, ...]:
-        step = self._around(tidy.path)[-1]
-        assert isinstance(step, Sequence), f"{tidy.path} is no sequence"
+    def _steps(self, cleanup: Cleanup) -> tuple[Step, ...]:
+        step = self._around(cleanup.path)[-1]
+        assert isinstance(step, Sequence), f"{cleanup.path} is no sequence"
         return step.finally_
 
     # -- for drain sets ----------------------------------------------------------------------------------------------
@@ -119,74 +119,74 @@ class Cleanups:
     # -- life --------------------------------------------------------------------------------------------------------
     def proceed(self) -> None:
         """Start what may start, stop what has had its time, end what has drained. Called before each run of the trees."""
-        for token in [tidy.id for tidy in self._task.tidying]:
-            tidy = self._task.tidy(token)
-            if tidy is None:
+        for token in [cleanup.id for cleanup in self._task.cleanups]:
+            cleanup = self._task.cleanup(token)
+            if cleanup is None:
                 continue
-            if tidy.state == "waiting" and self._is_over(tidy.after):
-                self._put(replace(tidy, state="running"))
+            if cleanup.state == "waiting" and self._is_over(cleanup.after):
+                self._put(replace(cleanup, state="running"))
                 self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, self._task_id, pausable=True)
-                self._trees.start(token, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
-            elif tidy.state == "running" and (self._task_id, token) in self._core.due:
-                self._note(tidy, "timeout", "its 2 min are over")
-                self._stop(tidy)
-            elif tidy.state == "stopping" and self._is_over(tidy.after):
-                self._drained(tidy)
+                self._trees.start(token, self._steps(cleanup), cleanup.scope, cleanup.path, cleanup.error)
+            elif cleanup.state == "running" and (self._task_id, token) in self._core.due:
+                self._note(cleanup, "timeout", "its 2 min are over")
+                self._stop(cleanup)
+            elif cleanup.state == "stopping" and self._is_over(cleanup.after):
+                self._drained(cleanup)
 
-    def on_ended(self, tidy: Tidy, ended: Ended) -> None:
+    def on_ended(self, cleanup: Cleanup, ended: Ended) -> None:
         """Its steps have ended."""
-        if tidy.state != "running":
+        if cleanup.state != "running":
             return
         if ended.failure is not None:
-            self._note(tidy, ended.failure.code, ended.failure.reason)
+            self._note(cleanup, ended.failure.code, ended.failure.reason)
         if ended.fatal:
-            self._stop(tidy)
+            self._stop(cleanup)
         else:
-            self._end(tidy)
+            self._end(cleanup)
 
     def cut(self) -> None:
         """Stop all of them (abort --now, a breach): what has not begun does not begin."""
         self.skip = True
-        for token in [tidy.id for tidy in self._task.tidying]:
-            tidy = self._task.tidy(token)
-            if tidy is not None and tidy.state == "waiting":
-                self._end(tidy)
-            elif tidy is not None and tidy.state == "running":
-                self._stop(tidy)
+        for token in [cleanup.id for cleanup in self._task.cleanups]:
+            cleanup = self._task.cleanup(token)
+            if cleanup is not None and cleanup.state == "waiting":
+                self._end(cleanup)
+            elif cleanup is not None and cleanup.state == "running":
+                self._stop(cleanup)
         self.skip = False
 
     def restore(self) -> None:
         """Rebuild the trees of those that run."""
-        for tidy in self._task.tidying:
-            if tidy.state == "running" and tidy.path in self._core.state.memory.get(self._task_id, {}):
-                self._trees.restore(tidy.id, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
+        for cleanup in self._task.cleanups:
+            if cleanup.state == "running" and cleanup.path in self._core.state.memory.get(self._task_id, {}):
+                self._trees.restore(cleanup.id, self._steps(cleanup), cleanup.scope, cleanup.path, cleanup.error)
 
-    def _stop(self, tidy: Tidy) -> None:
-        drain = tuple(self._trees.halt(tidy.id))
-        self._put(replace(tidy, state="stopping", after=drain))
+    def _stop(self, cleanup: Cleanup) -> None:
+        drain = tuple(self._trees.halt(cleanup.id))
+        self._put(replace(cleanup, state="stopping", after=drain))
         for end in drain:
-            adopt(self._core, self._task_id, end, tidy.id)
+            adopt(self._core, self._task_id, end, cleanup.id)
         if self._is_over(drain):
-            self._drained(replace(tidy, state="stopping", after=drain))
+            self._drained(replace(cleanup, state="stopping", after=drain))
 
-    def _drained(self, tidy: Tidy) -> None:
-        for end in tidy.after:
+    def _drained(self, cleanup: Cleanup) -> None:
+        for end in cleanup.after:
             forget(self._core, self._task_id, end)
-        self._end(tidy)
+        self._end(cleanup)
 
-    def _end(self, tidy: Tidy) -> None:
+    def _end(self, cleanup: Cleanup) -> None:
         core = self._core
-        core.clear_deadline(self._deadline(tidy.id))
-        core.emit(ch.ScopePut(self._task_id, tidy.scope, None))
-        self._put(replace(tidy, state="ended", after=()))
-        core.wake(self._task_id, tidy.owner)
+        core.clear_deadline(self._deadline(cleanup.id))
+        core.emit(ch.ScopePut(self._task_id, cleanup.scope, None))
+        self._put(replace(cleanup, state="ended", after=()))
+        core.wake(self._task_id, cleanup.owner)
 
-    def _put(self, tidy: Tidy) -> None:
-        tidying = tuple(tidy if one.id == tidy.id else one for one in self._task.tidying)
-        self._core.put_task(self._task_id, tidying=tidying)
+    def _put(self, cleanup: Cleanup) -> None:
+        cleanups = tuple(cleanup if one.id == cleanup.id else one for one in self._task.cleanups)
+        self._core.put_task(self._task_id, cleanups=cleanups)
 
-    def _note(self, tidy: Tidy, code: str, reason: str) -> None:
-        text = f"finally of {tidy.path}: {code} {reason}".strip()
+    def _note(self, cleanup: Cleanup, code: str, reason: str) -> None:
+        text = f"finally of {cleanup.path}: {code} {reason}".strip()
         self._core.put_task(self._task_id, notes=(*self._task.notes, text))
 
     def _deadline(self, token: str) -> NodeDue:

@@ -50,7 +50,7 @@ class Intake:
             wait=request.wait,
             expires=request.expires,
             submitted_at=core.now,
-            events_from=core.state.counters.get("happening", 0),
+            events_from=core.state.counters.get("agent_event", 0),
             params=dict(request.params),
         )
         if parent is not None and order is not None:

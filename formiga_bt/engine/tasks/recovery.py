@@ -114,7 +114,8 @@ class Recovery:
             if agent.task == task_id:
                 if any(not goal.ended for goal in core.index.goals_of(agent_id)):
                     continue
-                if any(FinallyEnd(tidy.id) in leaving.after and not tidy.ended for tidy in core.task(task_id).tidying):
+                cleanups = core.task(task_id).cleanups
+                if any(FinallyEnd(one.id) in leaving.after and not one.ended for one in cleanups):
                     continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
                     continue

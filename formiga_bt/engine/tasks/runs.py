@@ -57,13 +57,13 @@ class Runs:
         self.of(task_id).trees.start(section, steps, scope)
         self._core.touch(task_id)
 
-    def stop(self, task_id: str, section: str, *, tidy: bool = True) -> None:
+    def stop(self, task_id: str, section: str, *, cleanup: bool = True) -> None:
         """Stop a section; what ends with it joins the task's drain set, and (`tidy`) each `finally` of its sequences."""
         core = self._core
         run = self.of(task_id)
-        run.tidies.skip = not tidy
+        run.cleanups.skip = not cleanup
         ends = run.trees.halt(section)
-        run.tidies.skip = False
+        run.cleanups.skip = False
         for end in ends:
             run.adopt(end, "!task")
         task = core.task(task_id)

@@ -28,6 +28,7 @@ from formiga_bt.nodes.run import (
     AROUND,
     THROUGH,
     AskOrder,
+    CleanupOrder,
     EndLetter,
     Failure,
     GoalOrder,
@@ -35,7 +36,6 @@ from formiga_bt.nodes.run import (
     Runaway,
     Served,
     TaskOrder,
-    TidyOrder,
 )
 
 NO_VALUES: Final[Mapping[str, Any]] = MappingProxyType({})
@@ -77,7 +77,7 @@ class TaskRun:
         self._watched: dict[str, Watched] = {}
         self._pace = Pace(core, task_id)
         self.trees: TaskTrees = factory(self)
-        self.tidies = Cleanups(core, task_id, self.trees)
+        self.cleanups = Cleanups(core, task_id, self.trees)
         self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
 
     def close(self) -> None:
@@ -213,7 +213,7 @@ class TaskRun:
 
     def newest_event(self) -> int:
         """Return the order of the newest event of anyone."""
-        return self._core.state.counters.get("happening", 0)
+        return self._core.state.counters.get("agent_event", 0)
 
     def events_seen(self, agent: str, event: str) -> int:
         """Return the order of the last event of that name that this task took, or of the last before its admission."""
@@ -222,7 +222,7 @@ class TaskRun:
 
     def take_event(self, agent: str, event: str, after: int) -> Mapping[str, Any] | None:
         """Take the next event after an order; return its fields with `at`, or None."""
-        for one in self._core.state.happenings.get(agent, ()):
+        for one in self._core.state.agent_events.get(agent, ()):
             if one.event == event and one.order > after:
                 task = self._core.task(self.task_id)
                 taken = max(one.order, task.events_taken.get(f"{agent}|{event}", 0))
@@ -264,9 +264,9 @@ class TaskRun:
         """Forget an ended goal."""
         self._core.emit(ch.GoalDrop(goal_id))
 
-    def tidy(self, order: TidyOrder, tree: Any = None) -> FinallyEnd | None:
+    def cleanup(self, order: CleanupOrder, tree: Any = None) -> FinallyEnd | None:
         """Take over the `finally` of a stopped sequence."""
-        return self.tidies.take(order, tree)
+        return self.cleanups.take(order, tree)
 
     def cancel(self, goal_id: str) -> bool:
         """Cancel a goal; return whether to wait for its end."""

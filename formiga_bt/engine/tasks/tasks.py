@@ -137,8 +137,8 @@ class Tasks:
             core.woken.pop(task_id, None)
             return
         run = self._runs.of(task_id)
-        if task.tidying:
-            run.tidies.proceed()
+        if task.cleanups:
+            run.cleanups.proceed()
         for key in core.woken.pop(task_id, ()):
             run.trees.wake(key)
         core.running, core.wake_now = task_id, run.trees.wake
@@ -157,8 +157,8 @@ class Tasks:
     def _section_ended(self, task_id: str, ended: Ended) -> None:
         core = self._core
         task = core.task(task_id)
-        if (tidy := task.tidy(ended.section)) is not None:
-            self._runs.of(task_id).tidies.on_ended(tidy, ended)
+        if (cleanup := task.cleanup(ended.section)) is not None:
+            self._runs.of(task_id).cleanups.on_ended(cleanup, ended)
         elif (home := next((one for one in task.recovering if one.section == ended.section), None)) is not None:
             if ended.fatal:
                 self._runs.stop(task_id, ended.section)
@@ -208,7 +208,7 @@ class Tasks:
             library=task.library, priority=task.priority,
             by=task.by, wait=task.wait, expires=task.expires,
             run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
-            events_from=core.state.counters.get("happening", 0),
+            events_from=core.state.counters.get("agent_event", 0),
             parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
             notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
@@ -251,13 +251,13 @@ class Tasks:
         task = core.task(task_id)
         breach = code.startswith("envelope.")
         if breach:
-            self._runs.of(task_id).tidies.cut()
+            self._runs.of(task_id).cleanups.cut()
         if task.section == "steps" and not task.stopping:
             self._decide(task_id, "FAILED", code, reason, failure or Failure(code, reason, retryable=False))
-            self._runs.stop(task_id, "steps", tidy=not breach)
+            self._runs.stop(task_id, "steps", cleanup=not breach)
         elif task.section in AFTER and not task.stopping:
             self._note(task_id, f"{task.section}: {code} {reason}")
-            self._runs.stop(task_id, task.section, tidy=not breach)
+            self._runs.stop(task_id, task.section, cleanup=not breach)
 
     def abort(self, order: Abort) -> str:
         """End a task on a person's word; return an error text, or "".
@@ -284,7 +284,7 @@ class Tasks:
             return ""
         if order.how == "now" and task.section != "recover":
             core.put_task(task.id, abort_now=True)
-            self._runs.of(task.id).tidies.cut()
+            self._runs.of(task.id).cleanups.cut()
         elif task.section in ("on_abort", "finally", "recover"):
             if any(cause.startswith("operator") or cause == "resume" for cause in task.held):
                 core.report(TaskEnds(task.id))  # it ends already, but somebody had stopped that
@@ -315,7 +315,7 @@ class Tasks:
         core = self._core
         self._decide(task.id, "CANCELED", "aborted", f"abandoned by {order.by or 'an operator'}")
         core.put_task(task.id, abort_now=True, abort_reason="abandoned")
-        self._runs.of(task.id).tidies.cut()
+        self._runs.of(task.id).cleanups.cut()
         for section in self._sections(task):
             self._runs.stop(task.id, section)
         for agent_id in task.granted:
@@ -404,7 +404,7 @@ class Tasks:
         elif due.what == "cleanup" and task.section in AFTER:
             self._note(task_id, f"{task.section}: cleanup_timeout is over")
             core.put_task(task_id, abort_now=True)
-            self._runs.of(task_id).tidies.cut()
+            self._runs.of(task_id).cleanups.cut()
             if not task.stopping:
                 self._runs.stop(task_id, task.section)
         elif due.what in ("wait", "expires") and task.status == "PENDING":

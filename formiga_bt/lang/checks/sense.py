@@ -7,7 +7,7 @@ from formiga_bt.lang.checks.chosen import check_chosen
 from formiga_bt.lang.checks.constant_results import check_foregone
 from formiga_bt.lang.checks.endings import check_endings
 from formiga_bt.lang.checks.flight.layers import check_layers
-from formiga_bt.lang.checks.flight.needless_landings import check_errands
+from formiga_bt.lang.checks.flight.needless_landings import check_system_tasks
 from formiga_bt.lang.checks.nesting import check_nesting
 from formiga_bt.lang.checks.no_effect import check_no_effect
 from formiga_bt.lang.checks.questions import check_questions
@@ -44,4 +44,4 @@ def _check_body(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problem
     check_repeats(steps, catalogue, problems)
     check_nesting(steps, catalogue, problems)
     check_questions(steps, catalogue, problems)
-    check_errands(steps, catalogue, problems)
+    check_system_tasks(steps, catalogue, problems)

@@ -36,7 +36,7 @@ _DEED: Final = re.compile(
 )
 
 
-def is_told(words: Words, world: RequestWorld) -> bool:
+def is_reported(words: Words, world: RequestWorld) -> bool:
     """Return whether a request says what to do and where, in words that are all known, and points at nothing else."""
     bare = _bare(words)
     said = _POINTS.search(bare) is None and _DEED.search(bare) is not None
@@ -60,11 +60,11 @@ def needless(question: str, words: Words, world: RequestWorld) -> str:
         world: the site and its fleet.
     """
     bare = _bare(words)
-    if _BETWEEN.search(question) and words.places and not _HAS_ENDS.search(bare) and is_told(words, world):
+    if _BETWEEN.search(question) and words.places and not _HAS_ENDS.search(bare) and is_reported(words, world):
         return "the answer asks between which places, and the request wants no way between places"
     if _POINTS.search(bare) or _ENDS.search(question) or not is_flown(words, world):
         return ""
-    if _PROPOSES.search(question) and is_told(words, world):
+    if _PROPOSES.search(question) and is_reported(words, world):
         return "the answer proposes something else, and the request says what to do"
     if _WHERE.search(question) and words.places:
         return f"the answer asks where, and the request names {', '.join(words.places)}"

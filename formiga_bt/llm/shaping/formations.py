@@ -94,7 +94,7 @@ def can_land_at(text: str, words: Words) -> bool:
     return any(re.search(rf"\b{re.escape(name)}\b", text) for name in there)
 
 
-def is_told_once(text: str, places: str, words: Words) -> bool:
+def is_reported_once(text: str, places: str, words: Words) -> bool:
     """Return whether places to land at can only be those of a figure in the air: the request names them once, for that.
 
     Args:

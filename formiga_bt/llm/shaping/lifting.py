@@ -161,8 +161,8 @@ class Lifter:
     def _amount(self, text: str, amount: tuple[str, float], key: str) -> str:
         type_, si = amount
         match = re.fullmatch(rf"([+-]?{NUMBER})\s*({UNIT})", text.strip(), re.ASCII)
-        tidy = f"{match[1]} {match[2]}" if match is not None else text.strip()
-        return self._lift(key, type_, {"lit": tidy}, tidy, self.words.amount(type_, si))
+        cleanup = f"{match[1]} {match[2]}" if match is not None else text.strip()
+        return self._lift(key, type_, {"lit": cleanup}, cleanup, self.words.amount(type_, si))
 
     def _name(self, match: re.Match[str]) -> str:
         word = self.role(match[0])

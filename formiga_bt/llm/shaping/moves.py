@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.shaping.formations import can_land_at, is_told_once, lands_below, leg_of, legs_in
+from formiga_bt.llm.shaping.formations import can_land_at, is_reported_once, lands_below, leg_of, legs_in
 from formiga_bt.llm.shaping.hovering import height_over
 from formiga_bt.llm.shaping.rings import goals, landings, meant, round_
 from formiga_bt.llm.shaping.teams import GAP, gap_of, in_a_row, in_compass, is_list, spaced, turned_round
@@ -245,7 +245,7 @@ class Moves:
         if is_list(text):
             text = self._spaced(text, count)
         if name in _LANDS and places and team not in self._down and not self.at.is_in_loop:
-            if text != places and before != told and (self._below or is_told_once(text, places, self._words)):
+            if text != places and before != told and (self._below or is_reported_once(text, places, self._words)):
                 self._tell(f"{team} land below where they hover: {places}")
                 text = places
             if self._below and text == places:

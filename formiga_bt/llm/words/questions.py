@@ -204,7 +204,7 @@ def _is_asked(text: str, group: Sequence[_Mention]) -> bool:
         return False
     before = ASKED.search(clause)
     if before is not None:
-        is_told = before["ask"] or before["put"]
+        is_reported = before["ask"] or before["put"]
         lead = clause[: before.start()]
-        return not is_told or _IF.search(lead) is None or _THERE.search(lead) is not None
+        return not is_reported or _IF.search(lead) is None or _THERE.search(lead) is not None
     return any(AGREES.match(text, one.end) is not None for one in group)

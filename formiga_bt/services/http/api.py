@@ -242,9 +242,9 @@ def _agents(app: FastAPI, orders: ServiceOrders) -> None:
 
     @app.post("/v1/agents/{agent}/events", tags=["people"])
     @in_lane
-    def tell_event(agent: str, body: m.EventBody) -> m.Reply:
+    def report_event(agent: str, body: m.EventBody) -> m.Reply:
         """Tell an event for a person who works at this engine's desk."""
-        return m.Reply(text=orders.tell_event(agent, body.event, body.fields))
+        return m.Reply(text=orders.report_event(agent, body.event, body.fields))
 
 
 def _people(app: FastAPI, orders: ServiceOrders) -> None:

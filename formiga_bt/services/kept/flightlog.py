@@ -275,7 +275,7 @@ class FlightLog:
         self._kept = dict(self._flights.flying)
         self._ended: list[Flight] = []
         """Not on disk yet."""
-        self._is_told = False
+        self._is_reported = False
         self._queue: SimpleQueue[EngineStep | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
 
@@ -299,9 +299,9 @@ class FlightLog:
             try:
                 self._keep(self._flights.take(step))
             except SiteError as error:  # a full disk, say: told once, tried again with each step
-                if not self._is_told:
+                if not self._is_reported:
                     log.error("the flight log waits to be written: %s", error)
-                self._is_told = True
+                self._is_reported = True
             except Exception:  # a bug here may not end the log of all later flights
                 log.exception("the flight log missed step %s", step.seq)
 
@@ -314,7 +314,7 @@ class FlightLog:
             now = dict(self._flights.flying)
             write_durably(self._folder / FLYING, msgspec.json.encode(now).decode() + "\n")
             self._kept = now
-        self._is_told = False
+        self._is_reported = False
 
 
 def flying(folder: Path) -> dict[str, Open]:

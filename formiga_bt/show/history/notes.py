@@ -73,7 +73,7 @@ def _note(scene: _Scene, key: str, mem: m.Mem) -> str:
             return "its time is over; waits for the end"
         case m.LiveMem(halting=True):
             return "stops"
-        case m.TidyMem(True):
+        case m.CleanupMem(True):
             return "tidies up"
     return ""
 

@@ -11,7 +11,7 @@ from typing import Final, assert_never
 from msgspec import Struct
 
 from formiga_bt.engine.kernel.drains import is_over
-from formiga_bt.engine.kernel.records import AgentRequest, GoalRecord, Question, TaskRecord, Tidy, request_id
+from formiga_bt.engine.kernel.records import AgentRequest, Cleanup, GoalRecord, Question, TaskRecord, request_id
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
@@ -124,9 +124,9 @@ class _Waits:
         yield from self._recovering()
         for agent in task.releasing:
             yield self._leaving(agent)
-        for tidy in task.tidying:
-            if not tidy.ended:
-                yield self._tidy(tidy)
+        for cleanup in task.cleanups:
+            if not cleanup.ended:
+                yield self._cleanup(cleanup)
         if task.stopping:
             yield from self._drain(task.drain, "!task")
         elif task.section in SECTIONS:
@@ -298,8 +298,8 @@ class _Waits:
         match end:
             case GoalEnd(goal):
                 return Cause(self.goal(self.state.goals[goal]), at, goal)
-            case FinallyEnd(tidy):
-                return Cause("finally", at, tidy)
+            case FinallyEnd(cleanup):
+                return Cause("finally", at, cleanup)
             case AgentReleased(agent):
                 return Cause("release", at, agent)
             case ChildEnd(child):
@@ -307,20 +307,21 @@ class _Waits:
             case _:
                 assert_never(end)
 
-    def _tidy(self, tidy: Tidy) -> Cause:
-        if tidy.state == "running":
-            bare = _bare(tidy.path)
+    def _cleanup(self, cleanup: Cleanup) -> Cause:
+        if cleanup.state == "running":
+            bare = _bare(cleanup.path)
             runs = any(_bare(key).startswith(bare) for key in self.memory)
-            return Cause("finally" if runs and self._is_set(NodeDue(self.task.id, tidy.id)) else "", tidy.path, tidy.id)
-        left = [end for end in tidy.after if not is_over(self.state, self.task, end)]
-        return Cause("finally" if left else "", tidy.path, tidy.id)
+            waits = runs and self._is_set(NodeDue(self.task.id, cleanup.id))
+            return Cause("finally" if waits else "", cleanup.path, cleanup.id)
+        left = [end for end in cleanup.after if not is_over(self.state, self.task, end)]
+        return Cause("finally" if left else "", cleanup.path, cleanup.id)
 
     def _leaving(self, agent_id: str) -> Cause:
         """A machine is being given back: it has a goal still, or is brought home, or a `finally` may still command it."""
         task = self.task
         busy = any(goal.agent == agent_id and not goal.ended for goal in self.state.goals.values())
         after = task.releasing[agent_id].after
-        kept = any(FinallyEnd(tidy.id) in after and not tidy.ended for tidy in task.tidying)
+        kept = any(FinallyEnd(cleanup.id) in after and not cleanup.ended for cleanup in task.cleanups)
         home = any(one.agent == agent_id and one.state in ("running", "waiting") for one in task.recovering)
         return Cause("release" if busy or kept or home else "", agent_id, agent_id)
 

@@ -12,7 +12,7 @@ from formiga_bt.base.geo import Place, Region
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.cli.operator.library import check_options, read_library
-from formiga_bt.cli.operator.up import SHOWN, _banner, gaps, tell_others
+from formiga_bt.cli.operator.up import SHOWN, _banner, gaps, report_others
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.services.not_served import NotServed
@@ -69,19 +69,19 @@ def test_a_journal_of_other_sites_is_told_when_a_site_begins_in_it(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for site in ("north", "south"):
-        tell_others("site.db", "north")
+        report_others("site.db", "north")
         assert capsys.readouterr().err == "", "it is not there, or its own"
         with Journal("site.db", site) as journal:
             journal.take()
     for address in ("site.db", "sqlite:///site.db"):
-        tell_others(address, "hill")
+        report_others(address, "hill")
         assert capsys.readouterr().err == (
             f"note: {address} also keeps the journal of north, south; that of hill begins in it\n"
         )
     for harmless in ("postgresql://nobody@nowhere/none", str(tmp_path), __file__):
-        tell_others(harmless, "hill")
+        report_others(harmless, "hill")
     Path("empty.db").touch()
-    tell_others("empty.db", "hill")
+    report_others("empty.db", "hill")
     assert capsys.readouterr().err == ""
 
 

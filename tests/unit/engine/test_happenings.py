@@ -49,9 +49,9 @@ def test_a_repeated_event_counts_once_and_a_lie_counts_as_bad() -> None:
     tell(flown, 1, boot="c")
 
     state = flown.engine.state
-    assert [(one.boot_id, one.n) for one in state.happenings["picker_1"]] == [("b", 1), ("c", 1)]
+    assert [(one.boot_id, one.n) for one in state.agent_events["picker_1"]] == [("b", 1), ("c", 1)]
     assert state.agents["picker_1"].bad == 1
-    assert load_snapshot(snapshot(state)).happenings == state.happenings
+    assert load_snapshot(snapshot(state)).agent_events == state.agent_events
     flown.close()
 
 
@@ -61,7 +61,7 @@ def test_as_many_are_kept_as_the_bound_says() -> None:
     for n in range(KEPT_EVENTS + 20):
         tell(flown, n + 1)
 
-    kept = flown.engine.state.happenings["picker_1"]
+    kept = flown.engine.state.agent_events["picker_1"]
     assert [kept[0].n, kept[-1].n, len(kept)] == [21, KEPT_EVENTS + 20, KEPT_EVENTS]
     flown.close()
 
@@ -109,5 +109,5 @@ def test_events_that_a_task_took_raise_none() -> None:
         assert flown.engine.state.tasks[task].status == "SUCCEEDED"
 
     assert alarms(flown) == []
-    assert flown.engine.state.happenings["picker_1"][0].n == 2 * KEPT_EVENTS + 1
+    assert flown.engine.state.agent_events["picker_1"][0].n == 2 * KEPT_EVENTS + 1
     flown.close()

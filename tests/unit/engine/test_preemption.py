@@ -68,8 +68,8 @@ class TestATaskStepsAside:
         assert yard.task(mine).status == "SUCCEEDED"
 
     def test_on_abort_sees_preempted_and_finally_runs_before_the_way_home(self, make: Make) -> None:
-        tidy = 'on_abort: [{notify: "on_abort ${abort.reason}"}]\nfinally: [{notify: tidy}, {do: cart.Move}]\n'
-        yard, mine = aloft(make, FLIGHT + tidy)
+        cleanup = 'on_abort: [{notify: "on_abort ${abort.reason}"}]\nfinally: [{notify: tidy}, {do: cart.Move}]\n'
+        yard, mine = aloft(make, FLIGHT + cleanup)
 
         yard.start("Sos")
 

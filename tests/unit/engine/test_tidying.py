@@ -50,7 +50,7 @@ def test_after_an_abort_it_runs_before_on_abort() -> None:
 
     bench.abort(task)
     bench.run_for(0.2)
-    assert [tidy.state for tidy in bench.task(task).tidying] == ["waiting"]
+    assert [cleanup.state for cleanup in bench.task(task).cleanups] == ["waiting"]
     confirm(bench)
     assert bench.cart.goal.action == "Home"
     assert told(bench) == ["tidy"]
@@ -58,20 +58,20 @@ def test_after_an_abort_it_runs_before_on_abort() -> None:
 
     assert bench.end(task) == ("CANCELED", "aborted")
     assert told(bench) == ["tidy", "tidied", "on_abort"]
-    assert bench.task(task).tidying == ()
+    assert bench.task(task).cleanups == ()
 
 
 def test_a_breach_skips_it_and_stops_one_that_runs() -> None:
     bench, task = moving()
     breach(bench, task)
-    assert bench.task(task).tidying == ()
+    assert bench.task(task).cleanups == ()
 
     bench, task = moving()
     bench.abort(task)
     bench.run_for(0.2)
     confirm(bench)
     breach(bench, task)
-    assert [tidy.state for tidy in bench.task(task).tidying] == ["stopping"]
+    assert [cleanup.state for cleanup in bench.task(task).cleanups] == ["stopping"]
     assert told(bench) == ["tidy"]
 
 
@@ -100,6 +100,6 @@ def test_it_is_found_again_in_a_snapshot() -> None:
         (running, "running", {"steps/steps[0]": "RUNNING", "steps/steps[0].finally[1]": "RUNNING"}),
     ):
         engine = Engine(*yard(), bench.engine.core.models, state=load_snapshot(shot))
-        (tidy,) = engine.state.tasks[task].tidying
-        assert (tidy.state, engine.statuses(task)) == (state, nodes)
+        (cleanup,) = engine.state.tasks[task].cleanups
+        assert (cleanup.state, engine.statuses(task)) == (state, nodes)
         assert snapshot(engine.state) == shot

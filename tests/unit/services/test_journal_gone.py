@@ -31,7 +31,7 @@ HARM: Final[dict[str, Callable[[Path], object]]] = {
 }
 
 
-def is_told(service: Service) -> bool:
+def is_reported(service: Service) -> bool:
     health = service.get("/v1/health")
     return health["journal"] == "gone" and any("journal_gone" in str(line) for line in health["alarms"])
 
@@ -48,7 +48,7 @@ def test_it_is_an_alarm_though_nothing_happens_and_no_task_is_taken(start: Start
     with start(journal=at) as service:
         assert service.submit("Heavy") == "Heavy-1"
         HARM[harm](Path(at.where))
-        service.wait(lambda: is_told(service))
+        service.wait(lambda: is_reported(service))
         status, problem = service.call("POST", "/v1/tasks", {"task": "Heavy", "params": {}})
         assert (status, problem["code"]) == (409, "journal_gone")
         assert "formiga down" in str(problem)
@@ -72,7 +72,7 @@ def test_the_same_files_are_back_and_what_waited_is_written(start: Start, at: Jo
     with start(journal=at) as service:
         first = service.submit("Heavy")
         folder.rename(folder.with_name("elsewhere"))
-        service.wait(lambda: is_told(service))
+        service.wait(lambda: is_reported(service))
         service.post("/v1/orders", {"order": "hold"})
         folder.with_name("elsewhere").rename(folder)
         service.wait(lambda: service.get("/v1/health")["journal"] == "ok")
@@ -90,7 +90,7 @@ def test_what_was_in_a_log_that_was_removed_outlives_a_kill(start: Start, tmp_pa
     with start(journal=KEPT) as service:
         tasks = {service.submit("Heavy"), service.submit("Heavy")}
         all_of(runtime / "meadow" / "journal.db")[1].unlink()
-        service.wait(lambda: is_told(service))
+        service.wait(lambda: is_reported(service))
         copied(runtime, killed)
     subprocess.run(["rm", "-r", str(runtime)], check=True)
     killed.rename(runtime)

@@ -352,16 +352,16 @@ def test_what_ended_in_the_silence_is_said_again_when_the_link_is_back(agent: Ag
 
 def test_the_next_engine_is_told_again_what_the_last_one_may_have_died_with(agent: Agent) -> None:
     agent.clock(beat=1, epoch=4)
-    agent.side.tell_event("crossed")
+    agent.side.report_event("crossed")
     agent.clock(beat=2, epoch=4)
-    agent.side.tell_event("moved")
+    agent.side.report_event("moved")
     agent.clock(beat=3, epoch=4)  # whoever beats twice since has "crossed" on disk
-    agent.side.tell_event("sos")
+    agent.side.report_event("sos")
     agent.link.told.clear()
     agent.clock(beat=3, epoch=4)
     assert agent.link.told == []
     agent.time = 3600 * SECOND
-    agent.side.tell_event("sos")
+    agent.side.report_event("sos")
     agent.link.told.clear()
     agent.clock(beat=1, epoch=5)
     agent.clock(beat=2, epoch=5)
@@ -370,7 +370,7 @@ def test_the_next_engine_is_told_again_what_the_last_one_may_have_died_with(agen
 
 def test_an_engine_that_is_first_heard_by_its_goal_is_told_too(agent: Agent) -> None:
     agent.clock(beat=1, epoch=4)
-    agent.side.tell_event("sos")
+    agent.side.report_event("sos")
     agent.link.told.clear()
     agent.goal("g1", epoch=5)
     agent.clock(beat=1, epoch=5)
@@ -379,9 +379,9 @@ def test_an_engine_that_is_first_heard_by_its_goal_is_told_too(agent: Agent) -> 
 
 def test_what_was_told_in_the_silence_is_told_again_to_the_same_engine(agent: Agent) -> None:
     agent.goal("g1", link_silence_s=10.0)
-    agent.side.tell_event("sos")
+    agent.side.report_event("sos")
     agent.time = 11 * SECOND
-    agent.side.tell_event("sos")
+    agent.side.report_event("sos")
     agent.link.told.clear()
     agent.clock(beat=1)
     agent.clock(beat=2)
@@ -391,7 +391,7 @@ def test_what_was_told_in_the_silence_is_told_again_to_the_same_engine(agent: Ag
 def test_of_many_events_that_nobody_heard_the_newest_are_told(agent: Agent) -> None:
     agent.clock(beat=1, epoch=4)
     for _ in range(130):
-        agent.side.tell_event("sos")
+        agent.side.report_event("sos")
     agent.link.told.clear()
     agent.clock(beat=1, epoch=5)
     assert [event.n for event in agent.link.told] == list(range(31, 131))

@@ -177,8 +177,8 @@ def test_answers_may_come_from_any_thread_and_count_once(desk: Desk) -> None:
 
 def test_a_person_tells_events_that_are_counted(desk: Desk) -> None:
     wakes = desk.wakes
-    desk.transport.tell_event("anna", "sos", {})
-    desk.transport.tell_event("anna", "fell", {"force": 3.0})
+    desk.transport.report_event("anna", "sos", {})
+    desk.transport.report_event("anna", "fell", {"force": 3.0})
     told = desk.transport.poll()
 
     assert desk.wakes == wakes + 2
@@ -187,4 +187,4 @@ def test_a_person_tells_events_that_are_counted(desk: Desk) -> None:
         ("anna", "fell", 2, {"force": 3.0}),
     ]
     with pytest.raises(TransportError, match="nobody called 'eve' is at the desk"):
-        desk.transport.tell_event("eve", "sos", {})
+        desk.transport.report_event("eve", "sos", {})

@@ -270,8 +270,10 @@ class Interpreter(Doing):
             ends = replace(ends, failure=join(ends.failure, failing(join(sky, ends.success), step.mark, here)))
         if not step.finally_:
             return ends
-        tidy = replace(here, lenient=True)
-        return Outcomes(self._tidied(step, ends.success, tidy), self._tidied(step, ends.failure, tidy), ends.skipped)
+        cleanup = replace(here, lenient=True)
+        return Outcomes(
+            self._tidied(step, ends.success, cleanup), self._tidied(step, ends.failure, cleanup), ends.skipped
+        )
 
     def _tidied(self, step: Sequence, sky: Sky | None, here: InterpreterPlace) -> Sky | None:
         """Return what `finally` leaves; as at the end of a task, its own failure is not followed."""

@@ -11,7 +11,7 @@ Event = tuple[str, Step]
 """Of one machine: "lands", "rises" or "other", and the step of the body."""
 
 
-def check_errands(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems) -> None:
+def check_system_tasks(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems) -> None:
     """Report W095 for the steps of a body and what is inside them."""
     told: set[int] = set()
     for body in in_order(steps):

@@ -322,7 +322,7 @@ def test_the_inbox_has_its_turn_after_each_part_of_those_that_one_status_woke(
     engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
 ) -> None:
     core, left = engine.core, iter(range(100))
-    engine.turns.go_on = lambda: core.set_deadline(TurnDue(), core.now) if next(left, None) is not None else None  # type: ignore[method-assign]
+    engine.wake_queue.go_on = lambda: core.set_deadline(TurnDue(), core.now) if next(left, None) is not None else None  # type: ignore[method-assign]
     core.set_deadline(TurnDue(), driver.now())
     answers = [driver.post(inp.LockdownOrder("release")) for _ in range(3)]
     driver.start()
