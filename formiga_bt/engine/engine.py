@@ -172,7 +172,8 @@ class Engine:
     def _dispatch(self, given: inp.Input) -> Reply | None:
         match given:  # the frequent ones first
             case inp.AgentStatusInput(status, wall, clock):
-                self.core.clock = max(self.core.now, clock)
+                if clock > self.core.now:
+                    self.core.clock = clock
                 self.fleet.on_status(status, wall)
             case inp.GoalEventInput(event, wall, clock):
                 self.core.clock = max(self.core.now, clock)

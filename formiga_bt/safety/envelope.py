@@ -62,15 +62,14 @@ def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breac
     if here is None:
         found.append(Breach("position", f"it is not known where {state.agent} is"))
     else:
-        at = f"{state.agent} is"
         found += [_in_breach(zone, state.agent, here) for zone in ground.zones if zone.is_broken_at(here)]
         spots = _spots(state.spots, state.home, state.lands_at)
         low = first_too_low(ground.terrain, (here, here), spots, rules.terrain_clearance_m)
         if low is not None:
-            found.append(_too_low(low, at, rules))
+            found.append(_too_low(low, f"{state.agent} is", rules))
         high = first_too_high(ground.terrain, (here, here), rules.max_height_m)
         if high is not None and high.ground_m is not None:  # unknown ground is told above, unless it is a spot's
-            found.append(_too_high(high, at, rules))
+            found.append(_too_high(high, f"{state.agent} is", rules))
     soft = (charge_in_flight(state, ground, rules), _wind(state.wind, rules), _daylight(state.sun_up, rules))
     for breach in soft:
         if breach is not None:

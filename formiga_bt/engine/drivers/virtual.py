@@ -44,6 +44,7 @@ class VirtualDriver:
         self._wall_live: dict[WallTimer, int] = {}
         self._wall_seq = 0
         self._beat = 0
+        self._next_beat_at: Micros = 0
         self._waits: list[inp.Input] | None = None
         """While the engine's process stands still: what it is fed when it goes on."""
         self.switchboard.open(lambda: None)
@@ -57,6 +58,7 @@ class VirtualDriver:
     def _publish_clock(self) -> None:
         now = self.scheduler.now()
         self._beat = now // SECOND
+        self._next_beat_at = (self._beat + 1) * SECOND
         beat = ClockBeat(wall_us=now, engine_us=now, speed=1.0, epoch=self.engine.state.epoch, beat=self._beat)
         for transport in self.switchboard.transports:
             transport.publish_clock(beat)
@@ -82,7 +84,7 @@ class VirtualDriver:
             if kept.news is not None:
                 self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, kept.news))
         for change in step.changes:
-            if isinstance(change, ch.WallTimerSet):
+            if type(change) is ch.WallTimerSet:
                 self._set_wall(change.timer, change.after_us)
         for listener in self.listeners:
             listener(step)
@@ -150,7 +152,8 @@ class VirtualDriver:
 
     def run_one(self, limit: Micros | None = None) -> bool:
         """Let the next thing happen; return False when there is none, or none until `limit`."""
-        world, wall, due = self.scheduler.next_time(), self._next_wall(), self.engine.next_deadline()
+        scheduler = self.scheduler
+        world, wall, due = scheduler.next_time(), self._next_wall(), self.engine.next_deadline()
         at = world
         if wall is not None and (at is None or wall < at):
             at = wall
@@ -158,13 +161,13 @@ class VirtualDriver:
             at = due[0]
         if at is None or (limit is not None and at > limit):
             return False
-        if self.scheduler.now() // SECOND > self._beat:
+        if scheduler.now() >= self._next_beat_at:
             self._publish_clock()
             return True
         if at == world:
-            self.scheduler.run_next()
+            scheduler.run_next()
         elif at == wall:
-            self.scheduler.advance_to(wall)
+            scheduler.advance_to(wall)
             timer = self._wall_timers.pop(heapq.heappop(self._wall)[1])
             heard = self.switchboard.heard(timer.agent) if isinstance(timer, LiveDue) else 0
             later = self.engine.put_off(timer, wall, heard)
@@ -173,8 +176,8 @@ class VirtualDriver:
                 self.feed(inp.WallDue(timer, wall))
         else:
             assert due is not None
-            self.scheduler.advance_to(max(due[0], self.scheduler.now()))
-            self._handle(self.scheduler.now(), inp.TimerDue(due[1]))
+            scheduler.advance_to(max(due[0], scheduler.now()))
+            self._handle(scheduler.now(), inp.TimerDue(due[1]))
         self.drain()
         return True
 

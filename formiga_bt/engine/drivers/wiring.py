@@ -61,10 +61,12 @@ class Switchboard:
         """Return what came in on all wires, wire by wire in order."""
         events: list[msg.TransportEvent] = []
         for transport in self.transports:
-            for event in transport.poll():
-                if isinstance(event, msg.AgentSeen):
-                    self._of[event.card.id] = transport
-                events.append(event)
+            news = transport.poll()
+            if news:
+                events += news
+                for event in news:
+                    if type(event) is msg.AgentSeen:
+                        self._of[event.card.id] = transport
         return events
 
     def heard(self, agent: str) -> Micros:
