@@ -8,6 +8,7 @@ Called for completion, hover and definitions; `document` reads whole files that 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final, Literal
 
 from formiga_bt.editor.flow import FlowPosition, read_flow
@@ -81,8 +82,9 @@ class LineShape:
     """Column of the comment; the line's length without one."""
 
 
+@lru_cache(maxsize=4096)
 def shape(line: str) -> LineShape:
-    """Return the parts of a line of block style."""
+    """Return the parts of a line of block style; kept, because each request looks at the lines around it again."""
     led = _DASHES.match(line)
     assert led is not None, "it also matches nothing"
     dashes = tuple(index for index in range(led.start(1), led.end(1)) if line[index] == "-")

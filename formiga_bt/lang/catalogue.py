@@ -21,7 +21,7 @@ from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.site.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.subtrees import Subtrees
-from formiga_bt.lang.text.document import Entry, Node, Scalar, parse
+from formiga_bt.lang.text.document import Entry, Node, Scalar, parse_file
 from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
@@ -129,7 +129,7 @@ class _CatalogueReader:
             return
         self.shelf.sources[file] = text
         self._texts.append(text)
-        node, found = parse(text, file)
+        node, found = parse_file(text, file)
         self.problems.extend(found)
         root = read_mapping(node, self.problems, "file") if node is not None else None
         if root is None:

@@ -12,7 +12,7 @@ from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.text.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.text.document import Entry, Mapping_, Scalar, parse_file
 from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, read_name, read_text, read_words, shorten
 from formiga_bt.lang.text.synonyms import nearest
 
@@ -73,7 +73,7 @@ class Shelf:
         unit = Unit(file, folder)
         self.sources[file] = text
         self.units[file] = unit
-        node, found = parse(text, file, labels)
+        node, found = parse_file(text, file, labels)
         self.problems.extend(found)
         if node is None:
             if not found:

@@ -11,7 +11,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.text.colons import in_text
-from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar, parse
+from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar, parse_file
 from formiga_bt.lang.text.reading import (
     Problems,
     fix_word,
@@ -145,7 +145,7 @@ def read_root(
         owner: the same with its article, as for `read_keys`.
         begin: how such a file begins: `formiga_site: 1`.
     """
-    node, found = parse(text, file)
+    node, found = parse_file(text, file)
     problems.extend(found)
     if node is None:
         if not found:

@@ -7,6 +7,7 @@ by `colons` and `traps`. Called by the loader for tasks, libraries, catalogues, 
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import yaml
@@ -18,6 +19,8 @@ from formiga_bt.lang.text.traps import explain, explain_tag, forbidden_character
 MAX_BYTES: Final = 1_000_000
 MAX_NODES: Final = 20_000
 MAX_DEPTH: Final = 64
+_MOST_KEPT_CHARS: Final = 50_000
+"""Longer texts are read anew each time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +105,23 @@ def parse(text: str, file: str, labels: Mapping[int, str] | None = None) -> tupl
         return None, [colon or explain(source, file, line, col, said)]
     except _Slip as slip:
         return None, [slip.found]
+
+
+def parse_file(text: str, file: str, labels: Mapping[int, str] | None = None) -> tuple[Node | None, list[Diagnostic]]:
+    """Read one YAML document as `parse` does, or return what was read of the same text before: nodes never change.
+
+    For texts of whole files, which the editor, drafts and the engine read again and again.
+    """
+    if labels or len(text) > _MOST_KEPT_CHARS:
+        return parse(text, file, labels)
+    node, found = _parsed(text, file)
+    return node, list(found)
+
+
+@lru_cache(maxsize=128)
+def _parsed(text: str, file: str) -> tuple[Node | None, tuple[Diagnostic, ...]]:
+    node, found = parse(text, file)
+    return node, tuple(found)
 
 
 class _Slip(Exception):  # noqa: N818 - it names what is wrong
