@@ -1,16 +1,54 @@
 """Shared by all tests: with FORMIGA_EXTERNAL set, a test marked `external` that skips itself fails instead.
 
-How slowly Hypothesis draws on a busy machine is no fault of what is tested.
+How slowly Hypothesis draws on a busy machine is no fault of what is tested. Files with long tests begin first (`in_order`).
 """
 
+import gc
 import os
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
+from itertools import groupby
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("formiga", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("formiga")
+
+LONG = ("tests/e2e/", "tests/simulation/", "tests/safety/", "tests/missions/", "tests/contract/", "tests/property/")
+"""Folders whose tests take long, the longest first."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector, which would go through all tests again and again, now and in each test."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.set_threshold(20_000, 20, 20)
+        gc.enable()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items[:] = in_order(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+
+
+def in_order(items: Iterable[pytest.Item], workers: int) -> list[pytest.Item]:
+    """Return tests in the order in which they run, so that no worker has a long one left when the others are done.
+
+    Workers get equal parts of the list at first, and then take from the end of another's part. So each part begins with
+    files of long tests. A file stays whole, because its fixtures may be the file's.
+    """
+    files = [list(tests) for _, tests in groupby(items, key=lambda item: item.path)]
+    parts: list[list[pytest.Item]] = [[] for _ in range(max(1, workers))]
+    for file in sorted(files, key=_rank):
+        min(parts, key=len).extend(file)
+    return [item for part in parts for item in part]
+
+
+def _rank(file: list[pytest.Item]) -> int:
+    return next((rank for rank, folder in enumerate(LONG) if file[0].nodeid.startswith(folder)), len(LONG))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -16,7 +16,7 @@ from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Pla
 from tests.simulation.runs import Report, play
 
 ROOT = Path(__file__).resolve().parents[2]
-BLOCK, FEW, MORE = 3, 12, 152
+BLOCK, FEW, MORE = 3, 12, 77
 """Seeds of one test; below `FEW` in each run of the tests, up to `MORE` in those of CI; the long run is a benchmark."""
 FOUND = {
     80: "a question that an engine took back, and forgot with a full journal, was shown to nobody any more",
