@@ -38,6 +38,8 @@ from formiga_bt.rehearsal.rehearsal import fleet_of
 SITE: Final = "rovaniemi"
 BACK: Final = re.compile(r"resumed after \d[\d.]* (?:s|min): .* (?:on|HELD)")
 """What the engine prints when it has asked all agents."""
+RESUMES: Final = re.compile(r"  resumed after \d[\d.]* (?:s|min): (.*); what became of their goals is asked now")
+"""What it prints at once, with the tasks that it goes on with."""
 READY: Final = "next, in another terminal"
 """The last line of what it prints when it serves."""
 TIDY: Final = """\
@@ -370,7 +372,12 @@ class Killing:
 
     def _is_back(self) -> bool:
         said = self.log()
-        return bool(BACK.search(said)) or (READY in said and "  resume  " not in said)
+        if BACK.search(said) or (READY in said and "  resume  " not in said):
+            return True
+        asked = RESUMES.search(said)  # nothing is reported of tasks that have ended meanwhile
+        return asked is not None and all(
+            re.search(rf" {re.escape(task)} (SUCCEEDED|FAILED|CANCELED)", said) for task in asked[1].split(", ")
+        )
 
     def _wait_back(self) -> None:
         until = time.monotonic() + self.patience_s

@@ -32,6 +32,8 @@ tasks:
   - {{at: 0 s, task: PickUp, params: {{target: north_field, user: picker_1}}}}
 """
 SITE = Path(__file__).resolve().parents[2] / "trees" / "demo-site.yaml"
+SOON_LOST = dict.fromkeys(SHORT, "suspect_after: 4 s\n    lost_after: 8 s")
+"""Longer than `SHORT`: while nine processes start, a busy computer keeps one waiting for more than 2 s."""
 SOON = """
 from pathlib import Path
 from formiga_bt.cli import inputs, main
@@ -154,7 +156,7 @@ def test_all_ten_missions_fly_at_once_without_a_crash(demo: Demo) -> None:
 
 def test_an_agent_that_dies_by_itself_is_told_and_the_rest_goes_on(demo: Demo, tmp_path: Path) -> None:
     (tmp_path / "dies.yaml").write_text(ONE_DIES.format(site=SITE), encoding="utf-8")
-    world(tmp_path, SHORT)
+    world(tmp_path, SOON_LOST)
     program = SOON.format(actions=str(tmp_path / "actions.yaml"))
     run = demo("--scenario", str(tmp_path / "dies.yaml"), program=("-c", program))
     run.wait_for(r"ExploreRegion-1: lwd_1\.GoTo")
