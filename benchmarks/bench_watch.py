@@ -28,7 +28,7 @@ from urllib.parse import parse_qs, urlsplit
 import msgspec
 
 from formiga_bt.base.site_folder import find_engines
-from formiga_bt.cli.calling import Client, connect
+from formiga_bt.client import Client, connect
 from formiga_bt.show.facts import AgentFact, LineFact, Now, TaskFact, Top
 
 TASK = """\
@@ -107,8 +107,8 @@ def against_an_engine(tasks: int, seconds: float) -> dict[str, float]:
                 time.sleep(0.1)
             client: Client = connect(site)
             for _ in range(tasks):
-                client.post("/v1/tasks", {"task": "Tick", "params": {}})
-            while client.get("/v1/now", count=1)["counts"].get("ACTIVE", 0) < tasks:
+                client.request("Tick")
+            while client.now(count=1).counts.get("ACTIVE", 0) < tasks:
                 time.sleep(0.2)
             time.sleep(2)
             alone = share(engine.pid, seconds)

@@ -193,7 +193,9 @@ def _fly(engine: Engine, hours: float, speed: float, most_open: int, stopped: Se
             still = {one["id"] for one in seen["tasks"]}
             for gone in sorted(open_ids - still):
                 said = engine.ask(f"/v1/tasks/{gone}")
-                outcomes[f"{said['status']} {said['code']}".strip() if said is not None else "unknown"] += 1
+                outcomes[
+                    f"{said['task']['status']} {said['task']['code']}".strip() if said is not None else "unknown"
+                ] += 1
             open_ids &= still
             while len(open_ids) < most_open:
                 name, params = work(requested)

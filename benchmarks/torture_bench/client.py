@@ -244,7 +244,7 @@ class Client:
             said = self.ask(f"{path}/clear", {"by": "bench"})
             if said.ok:
                 self.note("clear", f"agents/{agent['id']}", said, [agent["id"]])
-        if agent["order"] is not None:
+        if agent["order"]:
             self.order(f"agents/{agent['id']}", "continue")
 
 

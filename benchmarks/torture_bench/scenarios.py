@@ -200,7 +200,7 @@ def _asked(folder: Path) -> bool:
 def _north(torture: Torture, agent: str) -> float:
     said = torture.client.ask("/v1/agents")
     mine = [one for one in said.body["agents"] if one["id"] == agent] if said.ok else []
-    return mine[0]["position"]["north_m"] if mine and mine[0]["position"] and mine[0]["liveness"] == "alive" else 0.0
+    return mine[0]["at"]["north_m"] if mine and mine[0]["at"] and mine[0]["liveness"] == "alive" else 0.0
 
 
 def _landed(torture: Torture, agent: str) -> str:

@@ -11,7 +11,7 @@
 Bugs are AssertionError and are never caught. A library's exception is mapped where its library is used, with `from`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -19,14 +19,35 @@ if TYPE_CHECKING:
 
 
 class FormigaError(Exception):
-    """Base of all errors that formiga_bt raises on purpose. The text says what, where and how to mend it."""
+    """Base of all errors that formiga_bt raises on purpose: what is wrong, and where.
+
+    Args:
+        message: what people read of it.
+        help: how to fix it.
+        near: names that may have been meant, best first.
+    """
+
+    def __init__(self, message: str = "", *, help: str = "", near: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.help = help
+        self.near = tuple(near)
+
+    @property
+    def text(self) -> str:
+        """Return what is wrong, without the rest."""
+        return super().__str__()
+
+    def __str__(self) -> str:
+        """Return what is wrong, what may have been meant, and how to fix it."""
+        meant = f"; did you mean {' or '.join(self.near)}?" if self.near else ""
+        return f"{self.text}{meant}" + (f"\n  help: {self.help}" if self.help else "")
 
 
 class TreeError(FormigaError):
     """A task file, catalogue or site file cannot be used; `diagnostics` lists every problem found in it."""
 
-    def __init__(self, message: str, diagnostics: "Sequence[Diagnostic]" = ()) -> None:
-        super().__init__(message)
+    def __init__(self, message: str, diagnostics: "Sequence[Diagnostic]" = (), *, help: str = "") -> None:
+        super().__init__(message, help=help)
         self.diagnostics = tuple(diagnostics)
 
 
@@ -37,8 +58,8 @@ class TransportError(FormigaError):
 class TaskError(FormigaError):
     """A request or an order to a task cannot be served. `code` is a stable snake_case word."""
 
-    def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
+    def __init__(self, code: str, message: str, *, help: str = "", near: Iterable[str] = ()) -> None:
+        super().__init__(message, help=help, near=near)
         self.code = code
 
 

@@ -49,5 +49,5 @@ def need_charts(what: str, otherwise: str = "") -> None:
     if missing := [name for name in ("matplotlib", "resvg_py") if find_spec(name) is None]:
         more = f"\n        or {otherwise}" if otherwise else ""
         raise UnusableFile(
-            f"{what} need {' and '.join(missing)}, not installed here\n  help: {install('charts')}{more}"
+            f"{what} need {' and '.join(missing)}, not installed here", help=f"{install('charts')}{more}"
         )

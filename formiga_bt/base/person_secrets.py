@@ -126,8 +126,8 @@ def _understood(said: Any) -> dict[str, Hashed]:
 
 def _unusable(file: Path, why: str) -> SiteError:
     return SiteError(
-        f"{file} cannot be used: {why}; nobody's secret fits\n"
-        f"  help: put the file back; or set it aside, and each sets a new secret: {command('NAME')} --reset"
+        f"{file} cannot be used: {why}; nobody's secret fits",
+        help=f"put the file back; or set it aside, and each sets a new secret: {command('NAME')} --reset",
     )
 
 

@@ -154,8 +154,8 @@ class SiteFolder:
             lock = (self.path / "lock").open("a+", encoding="utf-8")
         except OSError as error:
             raise SiteError(
-                f"cannot write the site's runtime folder {self.path}: {error.strerror or error}\n"
-                "  help: let this user write there (read-only or full disk? another owner?), then start again"
+                f"cannot write the site's runtime folder {self.path}: {error.strerror or error}",
+                help="let this user write there (read-only or full disk? another owner?), then start again",
             ) from error
         for left in reversed(range(TAKE_TRIES)):
             try:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 from formiga_bt.base.packaged import folder
-from formiga_bt.cli.calling import ApiError, Client
 from formiga_bt.cli.inputs import UnusableFile, readable
+from formiga_bt.client import ApiError, Client
+from formiga_bt.show.facts import TaskLoaded
 
 if TYPE_CHECKING:
     from formiga_bt.safety.drafted import Drafted
@@ -38,7 +39,7 @@ def is_file_word(word: str) -> bool:
     return word.endswith((".yaml", ".yml")) or "/" in word
 
 
-def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, quiet: bool = False) -> dict[str, Any]:
+def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, quiet: bool = False) -> TaskLoaded:
     """Have an engine check and serve a task file, after the files of the site's own tasks that it requests.
 
     Args:
@@ -49,7 +50,7 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
         quiet: do not tell what became of it.
 
     Returns:
-        What the engine said of the file: task, bundle, version, what (new, changed, same), text, warnings.
+        What the engine said of the file.
 
     Raises:
         UnusableFile: it cannot be read, or lies outside of the site's folder.
@@ -57,20 +58,21 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
     """
     from formiga_bt.safety.drafted import written
 
-    answer: dict[str, Any] = {}
+    answer: TaskLoaded | None = None
     for bundle in bundles_of(path, site_root(client, site)):
         said = {"drafted": written(bundle.drafted)} if bundle.drafted is not None else {}
         answer = _send(client, bundle, {"file": bundle.file, "texts": bundle.texts, "by": by, **said})
-        if not quiet and answer["what"] != "same":
-            for text in answer["warnings"]:
+        if not quiet and answer.what != "same":
+            for text in answer.warnings:
                 typer.echo(f"warning: {text}\n", err=True)
-            typer.echo(answer["text"], err=True)
+            typer.echo(answer.text, err=True)
+    assert answer is not None, "the file itself is the last"
     return answer
 
 
-def _send(client: Client, bundle: TaskFiles, body: dict[str, Any]) -> Any:
+def _send(client: Client, bundle: TaskFiles, body: dict[str, Any]) -> TaskLoaded:
     try:
-        return client.post("/v1/library", body)
+        return client.post(TaskLoaded, "/v1/library", body)
     except ApiError as error:
         if error.code != "too_large":
             raise
@@ -79,8 +81,8 @@ def _send(client: Client, bundle: TaskFiles, body: dict[str, Any]) -> Any:
         raise ApiError(
             error.code,
             f"{bundle.file}: {what} too large: {most}",
-            "split it into smaller tasks that import less, or leave out what no task needs",
-            error.status,
+            help="split it into smaller tasks that import less, or leave out what no task needs",
+            status=error.status,
         ) from error
 
 
@@ -129,9 +131,9 @@ def _below(path: Path, root: Path) -> str:
     real = path.resolve()
     if not real.is_relative_to(root):
         raise UnusableFile(
-            f"{path} lies outside of the site's folder {root}\n  help: cp {path} {root / 'trees'}/, and name that file"
+            f"{path} lies outside of the site's folder {root}", help=f"cp {path} {root / 'trees'}/, and name that file"
         )
     inside = real.relative_to(root)
     if any(part.startswith(".") for part in inside.parts):
-        raise UnusableFile(f"{path} is hidden\n  help: cp {path} {root / 'trees'}/NAME.yaml, and name that file")
+        raise UnusableFile(f"{path} is hidden", help=f"cp {path} {root / 'trees'}/NAME.yaml, and name that file")
     return inside.as_posix()

@@ -1,13 +1,14 @@
 """What the verbs of orders share for the command line library: their arguments and options, and exit codes as it knows them."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.calling import Client
-from formiga_bt.cli.order_words import EXIT_NO, give_order, in_words, path_of, told
+from formiga_bt.cli.order_words import EXIT_NO, give_order, told
+from formiga_bt.client import Client
+from formiga_bt.show.facts import OrderReply
 
-__all__ = ["EXIT_NO", "AllOption", "ByOption", "TargetArgument", "give", "in_words", "leave", "path_of", "tell"]
+__all__ = ["EXIT_NO", "AllOption", "ByOption", "TargetArgument", "give", "leave", "tell"]
 
 TargetArgument = Annotated[
     str, typer.Argument(help="A machine or a task, for example hwd_1 or PickUp-3.", metavar="TARGET")
@@ -24,7 +25,7 @@ def give(client: Client, order: str, target: str, *, everything: bool, by: str, 
     leave(give_order(client, order, target, everything=everything, by=by, as_json=as_json))
 
 
-def tell(reply: dict[str, Any], *, as_json: bool) -> None:
+def tell(reply: OrderReply, *, as_json: bool) -> None:
     """Print what an order did: a line for each machine, then what a person must do next."""
     leave(told(reply, as_json=as_json))
 

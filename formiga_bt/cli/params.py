@@ -17,6 +17,7 @@ from formiga_bt.cli.inputs import UnusableFile
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
     from formiga_bt.lang.request.profiles import Profile
+    from formiga_bt.show.facts import LibraryTask
 
 ProfileOption = Annotated[
     str,
@@ -58,7 +59,7 @@ def of_profile(word: str, task: "Task", given: Iterable[str]) -> dict[str, str]:
 
 
 def of_profile_by_name(
-    word: str, task: str, given: Iterable[str], library: Sequence[Mapping[str, Any]] = ()
+    word: str, task: str, given: Iterable[str], library: "Sequence[LibraryTask]" = ()
 ) -> dict[str, str]:
     """Return the same for a task of a running engine: the parameters not given under any name that it has there.
 
@@ -74,11 +75,12 @@ def of_profile_by_name(
     """
     if not word:
         return {}
-    entry = next((one for one in library if one["task"] == task), None)
-    entry = entry or next((one for one in library if task in one["aliases"]), None) or {"task": task, "params": ()}
-    names = {alias: param["name"] for param in entry["params"] for alias in (*param["aliases"], param["name"])}
+    entry = next((one for one in library if one.task == task), None)
+    entry = entry or next((one for one in library if task in one.aliases), None)
+    params = entry.params if entry is not None else ()
+    names = {alias: param.name for param in params for alias in (*param.aliases, param.name)}
     taken = {names.get(name, name) for name in given}
-    texts = _profile(word).texts(entry["task"])
+    texts = _profile(word).texts(task if entry is None else entry.task)
     return {name: text for name, text in texts.items() if names.get(name, name) not in taken}
 
 

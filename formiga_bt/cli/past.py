@@ -16,7 +16,7 @@ import typer
 
 from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.base.site_folder import FOLDER, find_folders, journal_of
-from formiga_bt.cli.calling import NoEngine
+from formiga_bt.client import NoEngine
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
@@ -53,12 +53,13 @@ def source_of(
         UnusableFile: the options do not go together, or `at` is no moment.
         JournalError: the journal cannot be read.
     """
-    from formiga_bt.cli.remote import RemotePast, connect_source
+    from formiga_bt.cli.options import connect_source
+    from formiga_bt.client import PastClient
 
     if url and journal:
         raise UnusableFile("--url asks an engine, --journal looks at a file or a database; leave one out")
     if url and at:
-        return RemotePast(connect_source(site, url, token_file).client, at)
+        return PastClient(connect_source(site, url, token_file), at)
     if journal or at:
         return looked_at(machine_of(site, journal), at)
     try:
@@ -81,12 +82,12 @@ def is_past(source: "Source") -> bool:
 def remembering(source: "Source", site: Path | None) -> "Source":
     """Return an engine of a folder with the journal that lies there, which knows tasks that the engine has forgotten."""
     from formiga_bt.cli.remembering import Remembering
-    from formiga_bt.cli.remote import RemoteSource
+    from formiga_bt.client import Client
 
     found = journals(site)
-    if len(found) != 1 or not isinstance(source, RemoteSource):
+    if len(found) != 1 or not isinstance(source, Client):
         return source
-    return Remembering(source.client, lambda: machine_at(found[0]), zone)
+    return Remembering(source, lambda: machine_at(found[0]), zone)
 
 
 def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":
@@ -185,10 +186,10 @@ def place_of(site: Path | None, journal: str = "") -> JournalAddress:
         return found[0]
     if found:
         sites = ", ".join(place.site for place in found)
-        raise FormigaError(f"several sites were run here: {sites}\n  help: choose one: FORMIGA_SITE=NAME formiga ...")
+        raise FormigaError(f"several sites were run here: {sites}", help="choose one: FORMIGA_SITE=NAME formiga ...")
     raise FormigaError(
-        f"no journal lies in {(site or Path.cwd()).resolve()}, or a folder above it\n"
-        "  help: formiga up keeps one beside the site file; one elsewhere: --journal FILE|URL"
+        f"no journal lies in {(site or Path.cwd()).resolve()}, or a folder above it",
+        help="formiga up keeps one beside the site file; one elsewhere: --journal FILE|URL",
     )
 
 
@@ -223,6 +224,6 @@ def _site_in(journal: str, site: Path | None) -> str:
     if not sites:
         raise FormigaError(f"{journal} is a journal, but it has nothing in it yet")
     raise FormigaError(
-        f"{journal} has the history of several sites: {', '.join(sites)}\n"
-        "  help: choose one: FORMIGA_SITE=NAME formiga ..."
+        f"{journal} has the history of several sites: {', '.join(sites)}",
+        help="choose one: FORMIGA_SITE=NAME formiga ...",
     )

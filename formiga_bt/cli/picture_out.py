@@ -42,7 +42,7 @@ def chosen(tasks: Sequence[str] | None, every: bool, verb: str) -> list[str]:
         raise UnusableFile("name tasks, or say --all, not both")
     if not tasks and not every:
         raise UnusableFile(
-            f"which tasks?\n  help: formiga {verb} PickUp-12, or formiga {verb} --all; ids: formiga tasks"
+            "which tasks?", help=f"formiga {verb} PickUp-12, or formiga {verb} --all; ids: formiga tasks"
         )
     return list(dict.fromkeys(tasks or ()))
 

@@ -47,8 +47,8 @@ def new_secret(person: str) -> str:
         return prepared(said)
     if not _is_terminal():
         raise FormigaError(
-            "nobody is at a terminal to type a secret\n"
-            f"  help: scripts put it into a file of mode 0600, and name that in {NEW}{FILE} (the present one: {OWN}{FILE})"
+            "nobody is at a terminal to type a secret",
+            help=f"scripts put it into a file of mode 0600, and name that in {NEW}{FILE} (the present one: {OWN}{FILE})",
         )
     first = prepared(getpass(f"New secret of {person}: "))
     if getpass("The same once more: ") != first:
@@ -76,7 +76,7 @@ def check_secret(folder: Path, person: str, secret: str) -> None:
         if not find_secret(folder, person, secret).fits(secret):
             raise wrong(person)
     except TaskError as error:
-        raise TaskError(error.code, f"{error}\n  help: {command(person)} sets one") from None
+        raise TaskError(error.code, f"{error}", help=f"{command(person)} sets one") from None
 
 
 def _is_terminal() -> bool:
@@ -93,7 +93,7 @@ def _said(name: str) -> str | None:
     try:
         with Path(named).open(encoding="utf-8") as file:
             if stat.S_IMODE(os.fstat(file.fileno()).st_mode) & 0o077:
-                raise UnusableFile(f"{named} can be read by others\n  help: chmod 600 {named}")
+                raise UnusableFile(f"{named} can be read by others", help=f"chmod 600 {named}")
             return file.read(10_000).rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
         raise UnusableFile(f"{named} cannot be read: {getattr(error, 'strerror', '') or 'no text'}") from None

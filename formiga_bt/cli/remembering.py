@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import FormigaError, TaskError
-from formiga_bt.cli.calling import Client
-from formiga_bt.cli.remote import RemoteSource
+from formiga_bt.client import Client
 from formiga_bt.show.facts import Because, Chart, Stats, TaskPicture, Timeline
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Remembering(RemoteSource):
+class Remembering(Client):
     """Asks one engine, then its journal.
 
     Args:
@@ -32,7 +31,7 @@ class Remembering(RemoteSource):
     """
 
     def __init__(self, client: Client, open_: "Callable[[], TimeMachine]", zone: "Callable[[], tzinfo]") -> None:
-        super().__init__(client)
+        super().__init__(client.address, client.token)
         self._open, self._zone = open_, zone
 
     def task(self, task_id: str) -> TaskPicture:
@@ -71,7 +70,7 @@ class Remembering(RemoteSource):
             from formiga_bt.show.replay.when import in_words
 
             with self._open() as machine:
-                began = machine.began_again(self.client.address.epoch)
+                began = machine.began_again(self.address.epoch)
                 wanted = round(hours * 3600 * SECOND) if hours > 0 else WINDOW_US
                 if began is not None and began > machine.last - wanted:
                     found = past(JournalSource(machine))

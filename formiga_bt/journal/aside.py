@@ -69,9 +69,7 @@ def _moved(file: Path, folder: Path) -> str:
         ):  # a file that cannot be read may have several sites
             taken = lock_file(lock)
             if taken is None:
-                raise SiteError(
-                    f"an engine writes the journal {file} ({lock.name})\n  help: end it first: formiga down"
-                )
+                raise SiteError(f"an engine writes the journal {file} ({lock.name})", help="end it first: formiga down")
             locks.append(taken)
         own = file.parent.resolve() == folder.resolve()
         # The file first: a log without it is refused, but a file without its log would be believed.
@@ -88,7 +86,7 @@ def _renamed(where: str, site: str) -> str:
             return ""
         if not journal.hold():
             raise SiteError(
-                f"an engine writes the journal of {site} in {journal.where}\n  help: end it first: formiga down"
+                f"an engine writes the journal of {site} in {journal.where}", help="end it first: formiga down"
             )
         name = schema.sites.c.name
         with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:

@@ -318,10 +318,10 @@ class Codec:
     def _read(self, decoder: Any, blob: bytes, where: str) -> Any:
         if len(blob) < HEADER or blob[0] != FORMAT:
             what = f"is of format {blob[0]}, this version reads {FORMAT}" if blob else "is empty"
-            raise JournalError(f"{where} of the journal {what}\n  help: read it with the version that wrote it")
+            raise JournalError(f"{where} of the journal {what}", help="read it with the version that wrote it")
         data = blob[HEADER:]
         if zlib.crc32(data).to_bytes(4, "big") != blob[2:HEADER]:
-            raise JournalError(f"{where} of the journal is damaged: its checksum is wrong\n  help: {RESTORE}")
+            raise JournalError(f"{where} of the journal is damaged: its checksum is wrong", help=f"{RESTORE}")
         try:
             if blob[1] != PLAIN:
                 press = zlib.decompressobj(-15, self._dictionaries[blob[1]])
@@ -329,7 +329,7 @@ class Codec:
             return decoder.decode(data)
         except (KeyError, zlib.error, msgspec.DecodeError, ValueError) as error:
             raise JournalError(
-                f"{where} of the journal cannot be read: {error}\n  help: read it with the version that wrote it"
+                f"{where} of the journal cannot be read: {error}", help="read it with the version that wrote it"
             ) from error
 
 

@@ -56,14 +56,14 @@ def read_url(word: str) -> URL:
     try:
         url = make_url(word)
     except (ArgumentError, ValueError) as error:
-        raise JournalError(f"{word} is no address of a journal: {error}\n  help: {EXAMPLES}") from error
+        raise JournalError(f"{word} is no address of a journal: {error}", help=f"{EXAMPLES}") from error
     backend = url.get_backend_name()
     if backend == "postgresql":
         return url.set(drivername="postgresql+psycopg")
     if backend == "sqlite" and url.database and url.database != ":memory:":
         return url.set(drivername="sqlite")
     raise JournalError(
-        f"{url.render_as_string()}: a journal is an SQLite file or a PostgreSQL database\n  help: {EXAMPLES}"
+        f"{url.render_as_string()}: a journal is an SQLite file or a PostgreSQL database", help=f"{EXAMPLES}"
     )
 
 
@@ -133,7 +133,7 @@ class Database:
                 engine = sa.create_engine(self.url, connect_args=options)
         except ModuleNotFoundError as error:
             raise JournalError(
-                f"a journal in PostgreSQL needs {error.name}, which is not installed\n  help: {install('postgres')}"
+                f"a journal in PostgreSQL needs {error.name}, which is not installed", help=f"{install('postgres')}"
             ) from error
         sa.event.listen(engine, "connect", self._on_connect_sqlite)
         sa.event.listen(engine, "begin", _begin)
@@ -197,7 +197,7 @@ class Database:
             schema.check_not_newer(found, self.where)
             if found != len(schema.MIGRATIONS):
                 what = f"is of schema {found}, this version reads {len(schema.MIGRATIONS)}" if found else "is empty"
-                raise JournalError(f"{self.where} {what}\n  help: an engine that starts with it makes it ready")
+                raise JournalError(f"{self.where} {what}", help="an engine that starts with it makes it ready")
 
     def _check_log(self, file: Path) -> None:
         """Look through a file in whose write-ahead log steps wait, before they are brought into it: it may be cut short."""
@@ -213,7 +213,7 @@ class Database:
         except sqlite3.Error as error:
             raise JournalError(told(self.where, error)) from error
         if said != "ok":
-            raise JournalError(f"the journal {self.where} is damaged: {said.splitlines()[-1]}\n  help: {RESTORE}")
+            raise JournalError(f"the journal {self.where} is damaged: {said.splitlines()[-1]}", help=f"{RESTORE}")
 
     def _check_size(self, raw: Any) -> None:
         """Refuse a file that is cut short."""
@@ -222,15 +222,16 @@ class Database:
         size = size_of(self.file) or 0
         if not size_of(beside(self.file)) and size < pages * page:
             raise JournalError(
-                f"the journal {self.where} is damaged: it is cut short, {size} of {pages * page} bytes\n  help: {RESTORE}"
+                f"the journal {self.where} is damaged: it is cut short, {size} of {pages * page} bytes",
+                help=f"{RESTORE}",
             )
 
     def _check_ours(self, connection: Connection) -> None:
         names = sa.inspect(connection).get_table_names()
         if names and schema.META not in names:
             raise JournalError(
-                f"{self.where} is a database of something else (it has {', '.join(sorted(names)[:3])})\n"
-                "  help: name a file of its own for the journal: formiga up --journal FILE"
+                f"{self.where} is a database of something else (it has {', '.join(sorted(names)[:3])})",
+                help="name a file of its own for the journal: formiga up --journal FILE",
             )
 
     # -- who writes ----------------------------------------------------------------------------------------------------

@@ -208,7 +208,7 @@ def _parquet() -> Callable[[Path, dict[str, str], Iterable[Row]], Path]:
         pq: Any = import_module("pyarrow.parquet")
     except ModuleNotFoundError as error:
         raise JournalError(
-            f"Parquet needs pyarrow, which is not installed\n  help: {install('parquet')}\n        or export CSV"
+            "Parquet needs pyarrow, which is not installed", help=f"{install('parquet')}\n        or export CSV"
         ) from error
     kinds: dict[str, Any] = {"int": pa.int64(), "float": pa.float64(), "text": pa.string()}
 

@@ -65,15 +65,15 @@ def check_file(file: Path, *, create: bool) -> None:
         size = size_of(file)
         if size is not None and not stat.S_ISREG(file.stat().st_mode):
             raise JournalError(
-                f"{file} is no journal: it is no regular file\n  help: name another file: formiga up --journal FILE"
+                f"{file} is no journal: it is no regular file", help="name another file: formiga up --journal FILE"
             )
         if size is None and not create:
-            raise JournalError(f"there is no journal {file}\n  help: formiga up makes one")
+            raise JournalError(f"there is no journal {file}", help="formiga up makes one")
         if not size and size_of(beside(file)):
             what = "is missing" if size is None else "is empty"
             raise JournalError(
-                f"the journal {file} {what}, and {beside(file).name} beside it has steps of it\n"
-                f"  help: put the file back that belongs to it; or {ANEW}"
+                f"the journal {file} {what}, and {beside(file).name} beside it has steps of it",
+                help=f"put the file back that belongs to it; or {ANEW}",
             )
         if size is None:
             if file.parent.exists() and not file.parent.is_dir():
@@ -85,7 +85,7 @@ def check_file(file: Path, *, create: bool) -> None:
 
 def _unusable(file: Path, error: OSError) -> JournalError:
     return JournalError(
-        f"cannot use the journal {file}: {error.strerror or error}\n  help: look who may read the file and its folder"
+        f"cannot use the journal {file}: {error.strerror or error}", help="look who may read the file and its folder"
     )
 
 

@@ -57,9 +57,9 @@ def look_at(file: Path) -> JournalAccess:
     except OSError as error:
         raise JournalError(
             f"cannot look at the journal {file}: its newest steps are in {wal.name}, without the index of that, "
-            f"and no copy of both could be made in {gettempdir()}: {_told(error)}\n"
-            f"  help: copy {file.name} and {wal.name} into a folder of yours, and name that: --journal FILE; "
-            "if only room is missing: TMPDIR=FOLDER formiga ..."
+            f"and no copy of both could be made in {gettempdir()}: {_told(error)}",
+            help=f"copy {file.name} and {wal.name} into a folder of yours, and name that: --journal FILE; "
+            "if only room is missing: TMPDIR=FOLDER formiga ...",
         ) from error
     note = f"the newest steps of {file} are in {wal.name}, without its index: a copy of both is looked at, in {folder.name}"
     return JournalAccess((Path(folder.name) / file.name).as_uri(), note, folder)

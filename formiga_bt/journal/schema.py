@@ -160,6 +160,6 @@ def check_not_newer(found: int, where: str, known: int = len(MIGRATIONS)) -> Non
     """
     if found > known:
         raise JournalError(
-            f"{where} was written by a newer version of formiga (schema {found}, this one knows {known})\n"
-            "  help: use that version, or another journal: formiga up --journal FILE"
+            f"{where} was written by a newer version of formiga (schema {found}, this one knows {known})",
+            help="use that version, or another journal: formiga up --journal FILE",
         )

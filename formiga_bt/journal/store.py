@@ -180,7 +180,7 @@ class Journal(Readable):
             with self._reading() as connection:
                 said = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar()
             if said != "ok":
-                raise JournalError(f"the journal {self.where} is damaged: {said}\n  help: {codec.RESTORE}")
+                raise JournalError(f"the journal {self.where} is damaged: {said}", help=f"{codec.RESTORE}")
 
     def _writer(self) -> Connection:
         assert self._write is not None, "take() the site first"

@@ -58,7 +58,7 @@ def about(path: Path) -> dict[str, str]:
         raise UnusableModel(f"{path}: {error.strerror or error}") from error
     except (struct.error, ValueError) as error:
         raise UnusableModel(
-            f"{path} is no GGUF file\n  help: an adapter is a LoRA adapter as llama.cpp reads it"
+            f"{path} is no GGUF file", help="an adapter is a LoRA adapter as llama.cpp reads it"
         ) from error
 
 

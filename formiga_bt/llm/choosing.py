@@ -79,11 +79,11 @@ def _named(provider: str, model: str, base_url: str, adapter: str, why: str, is_
         provider, model = LOCAL, provider
     name = provider or OTHER
     if name not in (*NAMES, OTHER):
-        raise LlmError(f"there is no provider '{name}'\n  help: {', '.join(NAMES)}; or --base-url for another endpoint")
+        raise LlmError(f"there is no provider '{name}'", help=f"{', '.join(NAMES)}; or --base-url for another endpoint")
     if name == LOCAL and not model:
         there = fetched()
         if not there:
-            raise LlmError("no model is on this machine\n  help: formiga model fetch qwen2.5-coder-0.5b")
+            raise LlmError("no model is on this machine", help="formiga model fetch qwen2.5-coder-0.5b")
         model = _best(there, adapter, is_change)
     return Choice(provider=name, model=model, base_url=base_url, adapter=adapter, why=why)
 

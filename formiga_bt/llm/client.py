@@ -84,7 +84,7 @@ def open_chat(
 def _endpoint(choice: Choice) -> Chat:
     if choice.adapter:
         raise LlmError(
-            f"{choice.provider} takes no adapter: that is for a model on this machine\n  help: --provider local"
+            f"{choice.provider} takes no adapter: that is for a model on this machine", help="--provider local"
         )
     preset = PRESETS.get(choice.provider) or Preset(name=OTHER)
     base_url, model = choice.base_url or preset.base_url, choice.model or preset.model
@@ -94,9 +94,9 @@ def _endpoint(choice: Choice) -> Chat:
         preset = replace(preset, api_version=said["api_version"])
         if not base_url or not model:
             raise LlmError(
-                "azure needs the address of your resource, and the name of your deployment\n"
-                "  help: AZURE_OPENAI_ENDPOINT=https://NAME.openai.azure.com and AZURE_OPENAI_DEPLOYMENT=DEPLOYMENT, "
-                "or --base-url and --model"
+                "azure needs the address of your resource, and the name of your deployment",
+                help="AZURE_OPENAI_ENDPOINT=https://NAME.openai.azure.com and AZURE_OPENAI_DEPLOYMENT=DEPLOYMENT, "
+                "or --base-url and --model",
             )
     if not base_url:
         raise LlmError("an endpoint has an address: --base-url https://host/v1")
@@ -121,7 +121,7 @@ def _only(chat: Endpoint) -> str:
     chat.close()
     names = ", ".join(shown(name) for name in served[:12]) + (", ..." if len(served) > 12 else "")
     what = f"serves {names}" if served else "serves no model"
-    raise LlmError(f"{chat.base_url} {what}\n  help: name one with --model, or FORMIGA_LLM_MODEL")
+    raise LlmError(f"{chat.base_url} {what}", help="name one with --model, or FORMIGA_LLM_MODEL")
 
 
 def _local(choice: Choice) -> Chat:

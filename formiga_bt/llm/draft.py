@@ -112,7 +112,7 @@ def _bounded(request: str) -> str:
     text = prompt.as_data(request)
     if not text or len(request) > prompt.MOST_REQUEST:
         what = "is empty" if not text else f"has more than {prompt.MOST_REQUEST} characters"
-        raise UnusableFile(f"the request {what}\n  help: say in a few sentences who shall do what, and where")
+        raise UnusableFile(f"the request {what}", help="say in a few sentences who shall do what, and where")
     return text
 
 

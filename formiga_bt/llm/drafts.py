@@ -107,7 +107,7 @@ def read_draft(folder: Path, number: int) -> KeptDraft:
         raise UnusableFile(f"there is no draft {number} in {folder}; drafts: {there}") from error
     except (OSError, UnicodeDecodeError, msgspec.DecodeError) as error:
         raise UnusableFile(
-            f"draft {number} cannot be read: {error}\n  help: remove {place}, and draft it again"
+            f"draft {number} cannot be read: {error}", help=f"remove {place}, and draft it again"
         ) from error
     return KeptDraft(number, place, msgspec.structs.replace(draft, yaml=yaml), origin)
 

@@ -196,7 +196,7 @@ class Endpoint:
                 usage = piece.usage or usage
                 if letters > most:
                     raise EndpointRefused(
-                        f"{self._where} answers far more than it was asked for; it was stopped\n  help: another model"
+                        f"{self._where} answers far more than it was asked for; it was stopped", help="another model"
                     )
                 if piece.tokens and patience.on_progress is not None:
                     patience.on_progress(tokens)
@@ -204,7 +204,7 @@ class Endpoint:
             return EndpointFailure(text="the answer broke off")
         if finish == "content_filter":
             raise EndpointRefused(
-                f"{self._where} holds its answer back: a filter of the provider\n  help: say it in other words"
+                f"{self._where} holds its answer back: a filter of the provider", help="say it in other words"
             )
         return _Answer("".join(text), finish, usage, tokens)
 
@@ -331,30 +331,30 @@ class Endpoint:
         where, status = self._where, failure.status
         if failure.is_timeout:
             return EndpointUnreachable(
-                f"{where}: no answer within {self._whole_s:g} s\n  help: FORMIGA_LLM_TIMEOUT=900, or a smaller model"
+                f"{where}: no answer within {self._whole_s:g} s", help="FORMIGA_LLM_TIMEOUT=900, or a smaller model"
             )
         if failure.is_lasting:
-            return EndpointUnreachable(f"{where}: {words}\n  help: is the address right? It often ends in /v1")
+            return EndpointUnreachable(f"{where}: {words}", help="is the address right? It often ends in /v1")
         if not status:
-            return EndpointUnreachable(f"{where} does not answer: {words}\n  help: {self._start_it()}")
+            return EndpointUnreachable(f"{where} does not answer: {words}", help=f"{self._start_it()}")
         if status in (401, 403):
             variable = " or ".join((OWN_KEY, *self._preset.keys)) if self._key else OWN_KEY
             what = "refuses the key" if self._key else "wants a key"
-            return NoKey(f"{where} {what} (HTTP {status})\n  help: put the right one into {variable}")
+            return NoKey(f"{where} {what} (HTTP {status})", help=f"put the right one into {variable}")
         if ladder.is_about_length(failure.text) or status == 413:
             return TooLong(
-                f"{where}: the question is longer than {self.model} can take: {words}\n"
-                "  help: a shorter request, or another model"
+                f"{where}: the question is longer than {self.model} can take: {words}",
+                help="a shorter request, or another model",
             )
         if status == 404:
             return EndpointRefused(
-                f"{where} has no model '{self.model}' (HTTP 404): {words}\n"
-                "  help: name another with --model, or another address"
+                f"{where} has no model '{self.model}' (HTTP 404): {words}",
+                help="name another with --model, or another address",
             )
         if status == 429:
             later = f"; it asks to wait {failure.retry_after_s:g} s" if failure.retry_after_s else ""
             return EndpointRefused(
-                f"{where}: its limit is reached (HTTP 429){later}: {words}\n  help: try later, or another provider"
+                f"{where}: its limit is reached (HTTP 429){later}: {words}", help="try later, or another provider"
             )
         return EndpointRefused(f"{where} says no (HTTP {status}): {words}")
 
@@ -397,7 +397,7 @@ def _is_passing(failure: EndpointFailure) -> bool:
 
 def _check_installed() -> None:
     if find_spec("openai") is None:
-        raise LlmError(f"asking a language model needs a package more\n  help: {install('llm')}")
+        raise LlmError("asking a language model needs a package more", help=f"{install('llm')}")
 
 
 def _mapped(work: Callable[[], None]) -> EndpointFailure | None:

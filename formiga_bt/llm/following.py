@@ -74,7 +74,7 @@ def shown(text: str, world: RequestWorld, form: Form | None, file: str) -> tuple
     """
     purpose, answer, found = as_answer(text, world, form or "short")
     if form == "short" and found == "full":
-        raise UnusableFile(f"{file} has what the short form cannot say\n  help: --form full")
+        raise UnusableFile(f"{file} has what the short form cannot say", help="--form full")
     return purpose, answer, found
 
 
@@ -92,7 +92,7 @@ def _of_task(previous: Draft, world: RequestWorld, form: Form | None, file: str)
         previous.yaml, "task.yaml", catalogue=world.catalogue, site=world.site, library=world.folders
     )
     if loaded.task is None:
-        raise UnusableFile(f"{file} has errors\n  help: formiga check {file}")
+        raise UnusableFile(f"{file} has errors", help=f"formiga check {file}")
     _, answer, found = shown(previous.yaml, world, form, file)
     return answer, found
 

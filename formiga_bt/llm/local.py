@@ -82,7 +82,7 @@ class LocalChat:
         self._child: _Child | None = None
         self._endpoint: Endpoint | None = None
         if find_spec("xllamacpp") is None:
-            raise UnusableModel(f"a model on this machine needs packages more\n  help: {install('local-llm')}")
+            raise UnusableModel("a model on this machine needs packages more", help=f"{install('local-llm')}")
 
     def complete(
         self,
@@ -123,7 +123,7 @@ class LocalChat:
                     raise
                 self.close()
                 raise UnusableModel(
-                    f"the process of {self.model} ended: {why}\n  help: try once more, or a smaller model"
+                    f"the process of {self.model} ended: {why}", help="try once more, or a smaller model"
                 ) from error
             used = reply.usage.prompt + reply.usage.completion
             if reply.finish == "length" and reply.usage.completion < max_tokens and used >= self._context - 8:
@@ -235,8 +235,8 @@ def _check_memory(model: OnDisk) -> None:
         return
     if free_mb < model.memory_mb:
         raise UnusableModel(
-            f"{model.name} needs about {model.memory_mb} MB of memory, and {free_mb} MB are free\n"
-            "  help: end something, or a smaller model: formiga model list"
+            f"{model.name} needs about {model.memory_mb} MB of memory, and {free_mb} MB are free",
+            help="end something, or a smaller model: formiga model list",
         )
 
 
@@ -267,7 +267,7 @@ class _Child:
             if cancel.is_set():
                 raise Cancelled("stopped while the model was loaded")
             if time.monotonic() > until:
-                raise UnusableModel(f"the model was not loaded within {START_S:g} s\n  help: a smaller model")
+                raise UnusableModel(f"the model was not loaded within {START_S:g} s", help="a smaller model")
         line = out.readline()
         try:
             told = json.loads(line)

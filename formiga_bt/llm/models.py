@@ -138,9 +138,9 @@ def usable(name: str) -> OnDisk:
     found = next((one for one in fetched() if one.name == name), None)
     if found is None:
         if known(name) is not None:
-            raise UnusableModel(f"{name} is not on this machine\n  help: formiga model fetch {name}")
+            raise UnusableModel(f"{name} is not on this machine", help=f"formiga model fetch {name}")
         raise UnusableModel(
-            f"there is no model '{name}' on this machine\n  help: formiga model list; formiga model add FILE"
+            f"there is no model '{name}' on this machine", help="formiga model list; formiga model add FILE"
         )
     path = models_folder() / name / "model.json"
     about = read_object(path)
@@ -152,7 +152,7 @@ def usable(name: str) -> OnDisk:
                 if known(name)
                 else f"formiga model remove {name}, then formiga model add FILE"
             )
-            raise UnusableModel(f"{found.file} was changed: it is not the file that was checked\n  help: {mend}")
+            raise UnusableModel(f"{found.file} was changed: it is not the file that was checked", help=f"{mend}")
         write_about(path.parent, {**about, "stamp": stamp})
     return found
 
@@ -193,13 +193,13 @@ def add(file: Path, name: str = "") -> OnDisk:
     file = file.expanduser().absolute()
     name = name or file.stem.lower()
     if not name.replace(".", "").replace("-", "").replace("_", "").isalnum() or not name[0].isalnum() or len(name) > 80:
-        raise UnusableModel(f"'{name}' is no name for a model: letters, digits, . - and _\n  help: --name NAME")
+        raise UnusableModel(f"'{name}' is no name for a model: letters, digits, . - and _", help="--name NAME")
     if known(name) is not None or (models_folder() / name).exists():
-        raise UnusableModel(f"there is a model '{name}' already\n  help: --name NAME, or formiga model remove {name}")
+        raise UnusableModel(f"there is a model '{name}' already", help=f"--name NAME, or formiga model remove {name}")
     try:
         with file.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
-                raise UnusableModel(f"{file} is no GGUF file\n  help: models of llama.cpp are .gguf files")
+                raise UnusableModel(f"{file} is no GGUF file", help="models of llama.cpp are .gguf files")
         digest = sha256_of(file)
         write_about(models_folder() / name, {"file": str(file), "sha256": digest, "source": "added by hand"})
     except OSError as error:
@@ -217,7 +217,7 @@ def remove(name: str) -> int:
     partial = models_folder() / f"{name}.partial"
     is_name = bool(name) and Path(name).name == name and not name.startswith(".")
     if not is_name or not (folder.is_dir() or partial.is_dir()):
-        raise UnusableModel(f"there is no model '{name}' on this machine\n  help: formiga model list")
+        raise UnusableModel(f"there is no model '{name}' on this machine", help="formiga model list")
     freed = sum(path.stat().st_size for place in (folder, partial) for path in place.glob("*") if path.is_file())
     try:
         for place in (folder, partial):

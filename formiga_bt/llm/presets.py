@@ -108,13 +108,13 @@ def checked_url(url: str) -> str:
         raise LlmError("the address of a model's endpoint begins with https:// and has a host, as https://host/v1")
     if parts.username is not None or parts.password is not None or parts.query or parts.fragment:
         raise LlmError(
-            f"{bare}...: the address of an endpoint has no key, password or query in it\n"
-            f"  help: put the key into the environment as {OWN_KEY}"
+            f"{bare}...: the address of an endpoint has no key, password or query in it",
+            help=f"put the key into the environment as {OWN_KEY}",
         )
     if parts.scheme == "http" and not is_loopback(url):
         raise LlmError(
-            f"{bare}: what is asked, and the key, would travel in the clear\n"
-            "  help: use https://, or a tunnel to this machine (ssh -L 8000:localhost:8000 HOST), then http://localhost:8000/v1"
+            f"{bare}: what is asked, and the key, would travel in the clear",
+            help="use https://, or a tunnel to this machine (ssh -L 8000:localhost:8000 HOST), then http://localhost:8000/v1",
         )
     return url.rstrip("/")
 
@@ -149,8 +149,8 @@ def key_of(preset: Preset, *, own_address: bool = False) -> str:
     if kept or own_address or not preset.keys:
         return kept
     raise NoKey(
-        f"{preset.name} needs a key, and there is none\n"
-        f"  help: export {preset.keys[0]}=..., or keep it in the system's keyring: keyring set {KEYRING} {preset.name}"
+        f"{preset.name} needs a key, and there is none",
+        help=f"export {preset.keys[0]}=..., or keep it in the system's keyring: keyring set {KEYRING} {preset.name}",
     )
 
 

@@ -44,7 +44,7 @@ def world_of(site: Path | None = None, actions: Sequence[Path] = ()) -> RequestW
     wrong = [d for d in (*problems, *more) if d.severity == "error"]
     if the_site is None or wrong:
         said = f": {wrong[0].code}: {wrong[0].message}" if wrong else ""
-        raise UnusableFile(f"{path} or the catalogue has errors{said}\n  help: formiga check {path}")
+        raise UnusableFile(f"{path} or the catalogue has errors{said}", help=f"formiga check {path}")
     return RequestWorld(catalogue, the_site, (), _tasks_beside(path) if site is not None else {})
 
 

@@ -41,8 +41,8 @@ def begin_at(site: Site, reached: Micros, back: Comeback | None, wall: Micros | 
     if begins - wall > MOST_AHEAD:
         raise ClockAhead(
             f"clock_ahead: the history of {site.name} is {span_words(begins - wall)} ahead of the wall clock, which "
-            "a site in mode real lives by\n"
-            "  help: if this machine's clock is wrong, set it right and start again; if an earlier start was a simulation at "
-            "another speed, begin a new history: formiga up --start-anew"
+            "a site in mode real lives by",
+            help="if this machine's clock is wrong, set it right and start again; if an earlier start was a simulation at "
+            "another speed, begin a new history: formiga up --start-anew",
         )
     return begins

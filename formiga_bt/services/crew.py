@@ -9,23 +9,22 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from msgspec import Struct
-
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.base.site_folder import APPROVALS, append_line, read_lines
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Approve, Duty, EngineStep, Input
 from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.records import Approval
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
-from formiga_bt.safety.drafted import written
 from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for
+from formiga_bt.show.facts import ApprovalFact, ApprovalList, DraftFact, PilotFact, PilotList, ServedFact
 
 
 class OrderTaker(Protocol):
@@ -36,27 +35,18 @@ class OrderTaker(Protocol):
         ...
 
 
-class Given(Struct, frozen=True, kw_only=True):
-    """An approval that stands."""
-
-    digest: str
-    task: str
-    by: str
-    at: Micros
-
-
-def standing(folder: Path) -> list[Given]:
+def standing(folder: Path) -> list[ApprovalFact]:
     """Return the approvals that stand, as the runtime folder tells: given and not taken back.
 
     Raises:
         SiteError: the file cannot be read.
     """
-    found: dict[str, Given] = {}
+    found: dict[str, ApprovalFact] = {}
     for line in read_lines(folder / APPROVALS):
         digest = str(line.get("digest", ""))
         found.pop(digest, None)
         if digest and not line.get("revoke") and isinstance(line.get("at_us"), int):
-            found[digest] = Given(digest=digest, task=str(line["task"]), by=str(line["by"]), at=line["at_us"])
+            found[digest] = ApprovalFact(digest=digest, task=str(line["task"]), by=str(line["by"]), at=line["at_us"])
     return list(found.values())
 
 
@@ -135,7 +125,7 @@ class Crew:
         self._tasks = tasks
         self._catalogue = catalogue
 
-    def approvals(self) -> dict[str, Any]:
+    def approvals(self) -> ApprovalList:
         """Return every task that is served, whether it is approved, and the approvals of other versions that stand."""
         with self._view.reading() as state:
             given, drafted = dict(state.approvals), dict(state.drafted)
@@ -144,16 +134,15 @@ class Crew:
             digest = approval_digest(self._tasks[name], self._site)
             found = given.pop(digest, None)
             wrote = drafted.get(self._tasks[name].bundle)
-            away = list(lands_away(self._tasks[name], self._catalogue))
             tasks.append(
-                {
-                    "task": name, "digest": digest, "lands_away": away,
-                    "drafted": written(wrote) if wrote else None, "approved_by": found.by if found else "",
-                    "unix_millis_approved": found.at // 1000 if found else None,
-                }
+                ServedFact(
+                    task=name, digest=digest, lands_away=tuple(lands_away(self._tasks[name], self._catalogue)),
+                    drafted=DraftFact(by=wrote.by, model=wrote.model, also=wrote.also) if wrote else None,
+                    approval=_approval(digest, found) if found else None,
+                )
             )  # fmt: skip
-        others = [{"task": a.task, "digest": d, "by": a.by, "unix_millis": a.at // 1000} for d, a in given.items()]
-        return {"mode": self._site.mode, "tasks": tasks, "others": others}
+        others = tuple(_approval(digest, one) for digest, one in given.items())
+        return ApprovalList(mode=self._site.mode, tasks=tuple(tasks), others=others)
 
     def approve(self, task: str, digest: str, typed: str, by: str, *, secret: str = "", revoke: bool = False) -> str:
         """Approve a task that is served, or take that back; return what happened.
@@ -189,21 +178,16 @@ class Crew:
         self._ask(Approve(served, task, by))
         return f"{task} ({served[:TYPED]}) is approved by {by}"
 
-    def duties(self) -> dict[str, Any]:
+    def duties(self) -> PilotList:
         """Return the site's pilots: how many machines each may have, has, and since when each is on duty."""
         with self._view.reading() as state:
             pilots = []
             for pilot, most in self._site.pilots.items():
                 mine = {t.id for t in state.tasks.values() if t.pilot == pilot and t.section != "done"}
-                machines = [a.id for a in state.agents.values() if a.task in mine and not a.human]
+                machines = tuple(a.id for a in state.agents.values() if a.task in mine and not a.human)
                 since = state.duty.get(pilot)
-                pilots.append(
-                    {
-                        "pilot": pilot, "on": since is not None, "max_airborne": most, "machines": machines,
-                        "unix_millis_since": None if since is None else since // 1000,
-                    }
-                )  # fmt: skip
-        return {"mode": self._site.mode, "pilots": pilots}
+                pilots.append(PilotFact(pilot=pilot, since=since, max_airborne=most, machines=machines))
+        return PilotList(mode=self._site.mode, pilots=tuple(pilots))
 
     def duty(self, pilot: str, by: str, *, on: bool, secret: str = "") -> str:
         """Put a pilot on duty, or take them off; return what happened.
@@ -214,7 +198,7 @@ class Crew:
         self._prove(pilot, secret, self._site.pilots)
         self._ask(Duty(pilot, on, pilot if self._proofs.needed else by))
         self._view.catch_up()
-        still: list[str] = next((p["machines"] for p in self.duties()["pilots"] if p["pilot"] == pilot), [])
+        still = next((one.machines for one in self.duties().pilots if one.pilot == pilot), ())
         left = f"; still under that name: {', '.join(still)}" if still and not on else ""
         return f"{pilot} is {'on' if on else 'off'} duty{left}"
 
@@ -227,7 +211,11 @@ class Crew:
         try:
             self._driver.ask(given)
         except TaskError as error:
-            raise Refused(error.code, str(error), hint_for(error.code)) from error
+            raise Refused(error.code, error.text, hint_for(error.code)) from error
         except FormigaError as error:
-            raise Refused("stopped", str(error), "formiga up starts it again") from error
+            raise Refused("stopped", error.text, "formiga up starts it again") from error
         self._view.catch_up()
+
+
+def _approval(digest: str, given: Approval) -> ApprovalFact:
+    return ApprovalFact(task=given.task, digest=digest, by=given.by, at=given.at)

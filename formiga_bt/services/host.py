@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from formiga_bt import __version__
-from formiga_bt.base.clock import SECOND, passed_us
+from formiga_bt.base.clock import passed_us
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
 from formiga_bt.base.site_folder import APPROVALS, SiteFolder
@@ -51,12 +51,10 @@ from formiga_bt.services.listening import check_listen, listen_of
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import ServiceOrders
-from formiga_bt.services.replies import models as m
-from formiga_bt.services.replies import shown
-from formiga_bt.services.standing import lockdown_out, wall_us
+from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
 from formiga_bt.services.view import EngineView
-from formiga_bt.show.facts import StandingFact
+from formiga_bt.show.facts import EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
@@ -401,7 +399,10 @@ class EngineHost:
     def _house_facts(self) -> tuple[StandingFact, ...]:
         """Return what is wrong with the engine's own house, as pictures show it."""
         found = self.house.standing if hasattr(self, "house") else ()
-        return tuple(StandingFact(code=t.code, subject=t.subject, text=t.text) for t in (one.trouble for one in found))
+        return tuple(
+            StandingFact(code=one.trouble.code, subject=one.trouble.subject, text=one.trouble.text, since=one.since)
+            for one in found
+        )
 
     @property
     def feed(self) -> Feed:
@@ -507,7 +508,7 @@ class EngineHost:
             return "deposed" if deposed else "draining"
         return "overloaded" if self.driver.is_behind else "ok"
 
-    def health(self) -> m.Health:
+    def health(self) -> EngineHealth:
         """Return how the engine is."""
         failed = self.driver.error is not None
         status, load = self.status, self.driver.statistics()
@@ -519,8 +520,8 @@ class EngineHost:
             for agent in state.agents.values():
                 word = "people" if agent.human else agent.pool
                 agents[word] = agents.get(word, 0) + 1
-            return m.Health(
-                status=status,  # type: ignore[arg-type]
+            return EngineHealth(
+                status=status,
                 site=self.site.name,
                 mode=self.site.mode,
                 version=__version__,
@@ -528,24 +529,16 @@ class EngineHost:
                 pid=os.getpid(),
                 speed=self.driver.speed,
                 endpoint=self.endpoint,
-                unix_millis_now=shown.millis(self.driver.now()),
-                ahead_s=round(self.driver.clock.ahead_us / SECOND, 3) + 0.0,  # never -0.0
+                at=self.driver.now(),
+                ahead_us=self.driver.clock.ahead_us,
                 steps=state.seq,
                 tasks=tasks,
                 agents=agents,
-                lockdown=lockdown_out(state, self.driver.now()),
+                lockdown=lockdown_fact(state, self.driver.now()),
                 questions=sum(q.reply is None for q in state.questions.values()),
-                alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
-                standing=[
-                    m.StandingAlarm(
-                        code=one.trouble.code,
-                        subject=one.trouble.subject,
-                        text=one.trouble.text,
-                        unix_millis_since=shown.millis(one.since),
-                    )
-                    for one in self.house.standing
-                ],
-                load=m.Load(
+                alarms=tuple(self.view.alarms)[-10:],
+                house=self._house_facts(),
+                load=EngineLoad(
                     waiting=load.inbox.waiting,
                     most_waiting=load.inbox.most,
                     replaced=load.inbox.replaced,

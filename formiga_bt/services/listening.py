@@ -33,4 +33,4 @@ def check_listen(site: Site, endpoint: str, where: str = "") -> None:
     why, help_ = open_to_others(endpoint, site.mode, insecure=_zenoh(site).get("insecure") == "true")
     if why:
         place = where or f"{site.file}: transports: zenoh: listen"
-        raise SiteError(f"{place}: {why}; site {site.name} is in mode {site.mode}\n  help: {help_}")
+        raise SiteError(f"{place}: {why}; site {site.name} is in mode {site.mode}", help=f"{help_}")

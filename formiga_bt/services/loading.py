@@ -25,9 +25,9 @@ from formiga_bt.services.kept.bundles import BundleStore, Stored
 from formiga_bt.services.kept.drafted import known_below, who_drafted
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.replies import library_models as out
 from formiga_bt.services.replies import shown
 from formiga_bt.services.view import EngineView
+from formiga_bt.show.facts import LibraryList, LibraryTask, TaskLoaded, VersionFact
 
 MOST_FILES: Final = 100
 """In one bundle."""
@@ -84,7 +84,7 @@ class Loading:
 
     def load(
         self, file: str, texts: Mapping[str, str], by: str, unix_millis: int, told: Drafted | None = None
-    ) -> out.LoadOut:
+    ) -> TaskLoaded:
         """Check a bundle, and serve it to new requests. One that is served already changes nothing.
 
         Args:
@@ -128,7 +128,7 @@ class Loading:
             drafted.note(self._runtime, [loaded.task], said, unix_millis=unix_millis)
         return merged((who_drafted(loaded.task, known_below(self._beside), ()), said))
 
-    def _serve(self, task: Task, stored: Stored, given: Serve, warnings: list[str], *, is_new: bool) -> out.LoadOut:
+    def _serve(self, task: Task, stored: Stored, given: Serve, warnings: list[str], *, is_new: bool) -> TaskLoaded:
         before = self._bundles.get(task.name)
         if before is not None and before.bundle == task.bundle:
             if is_new:
@@ -168,29 +168,27 @@ class Loading:
             newest = newest_of(state, task.name)
         return newest.n if newest is not None else 1
 
-    def _said(self, task: Task, what: str, text: str, warnings: list[str]) -> out.LoadOut:
-        return out.LoadOut(
-            task=task.name, bundle=task.bundle, version=self._number(task), what=what, text=text, warnings=warnings,  # type: ignore[arg-type]
+    def _said(self, task: Task, what: str, text: str, warnings: list[str]) -> TaskLoaded:
+        return TaskLoaded(
+            task=task.name, bundle=task.bundle, version=self._number(task), what=what, text=text, warnings=tuple(warnings),  # type: ignore[arg-type]
         )  # fmt: skip
 
-    def library(self, refused: Iterable[NotServed] = ()) -> out.LibraryOut:
+    def library(self, refused: Iterable[NotServed] = ()) -> LibraryList:
         """Return the tasks that can be requested, with their versions, and which of the refused files are so still."""
         with self._view.reading() as state:
-            tasks = [self._library_task(state, self._bundles[name]) for name in sorted(self._bundles)]
-        still = [one.text for one in refused if self._mended.isdisjoint(one.names)]
-        return out.LibraryOut(tasks=tasks, refused=still)
+            tasks = tuple(self._library_task(state, self._bundles[name]) for name in sorted(self._bundles))
+        still = tuple(one.text for one in refused if self._mended.isdisjoint(one.names))
+        return LibraryList(tasks, still)
 
-    def _library_task(self, state: EngineState, task: Task) -> out.LibraryTask:
-        found = shown.library_task(task)
-        known = [
-            out.VersionOut(version=one.n, bundle=one.bundle, tasks=_with(state, task.name, one.bundle))
-            for one in state.library.get(task.name, ())
-        ] or [out.VersionOut(version=1, bundle=task.bundle, tasks=_with(state, task.name, task.bundle))]
-        return found.model_copy(update={"version": known[-1].version, "versions": known})
+    def _library_task(self, state: EngineState, task: Task) -> LibraryTask:
+        known = [(one.n, one.bundle) for one in state.library.get(task.name, ())] or [(1, task.bundle)]
+        return shown.library_task(
+            task, tuple(VersionFact(n, bundle, _with(state, task.name, bundle)) for n, bundle in known)
+        )
 
 
-def _with(state: EngineState, name: str, bundle: str) -> list[str]:
-    return [t.id for t in state.tasks.values() if t.section != "done" and (t.name, t.bundle) == (name, bundle)]
+def _with(state: EngineState, name: str, bundle: str) -> tuple[str, ...]:
+    return tuple(t.id for t in state.tasks.values() if t.section != "done" and (t.name, t.bundle) == (name, bundle))
 
 
 def _running(state: EngineState, name: str, newest: str) -> list[str]:

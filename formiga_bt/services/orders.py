@@ -10,9 +10,11 @@ import hashlib
 import json
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, get_args
+
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import render
@@ -29,13 +31,15 @@ from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.replies import models as out
 from formiga_bt.services.replies import shown
-from formiga_bt.services.standing import lockdown_out, wall_us
+from formiga_bt.services.standing import lockdown_fact, order_fact, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.show.facts import AgentList, Because, Explanation, OrderFact, QuestionList, TaskDetail, TaskList
+from formiga_bt.show.history.records import agent_fact, agents_of, question_fact, task_fact
+from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.listed import listing, port_of
 from formiga_bt.show.why.causes import causes_of
 from formiga_bt.show.why.front import explain
@@ -211,9 +215,8 @@ class ServiceOrders:
         if load:
             return Refused("unknown_task", f"there is no task '{name}': its file was not read at the start", load)
         close = get_close_matches(name, self._tasks, n=1, cutoff=0.5)
-        hint = f"did you mean '{close[0]}'? " if close else ""
         known = ", ".join(sorted(self._tasks)) or "none"
-        return Refused("unknown_task", f"there is no task '{name}'", f"{hint}tasks: {known}")
+        return Refused("unknown_task", f"there is no task '{name}'", f"tasks: {known}", near=close)
 
     def ask(self, given: Input) -> Accepted | Done:
         """Hand an input to the engine and wait for its reply.
@@ -225,9 +228,9 @@ class ServiceOrders:
             return self._driver.ask(given)
         except TaskError as error:
             target = str(getattr(given, "target", "") or getattr(given, "task", ""))
-            raise Refused(error.code, str(error), hint_for(error.code, target)) from error
+            raise Refused(error.code, error.text, hint_for(error.code, target), near=error.near) from error
         except FormigaError as error:
-            raise Refused("stopped", str(error), "formiga up starts it again") from error
+            raise Refused("stopped", error.text, "formiga up starts it again") from error
 
     def abort(self, task_id: str, how: str = "", by: str = "", *, confirmed: bool = False) -> str:
         """End a task; return what happens now.
@@ -248,7 +251,7 @@ class ServiceOrders:
         first = "what flies comes home" if how == "now" else "it tidies up, what flies comes home"
         return with_keeping(f"{task_id} ends: {first}; what stands away from its port stays there", reply)
 
-    def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:
+    def tasks(self, status: str = "", limit: int = 100) -> TaskList:
         """Return tasks: those under way, then all others, each newest first.
 
         `status`: one of them, `open` for all that have not ended, or `held`.
@@ -263,13 +266,22 @@ class ServiceOrders:
         with self._view.reading() as state:
             fit = [t for t in state.tasks.values() if _fits(t, status)]
             fit.sort(key=lambda t: (t.status not in UNDER_WAY, -t.order))
-            return out.TasksOut(
-                tasks=[shown.task_out(state, t, now) for t in fit[:limit]],
+            page, index = fit[:limit], UrgencyIndex(self._view.ledger, now)
+            mine = {agent for task in page if task.section != "done" for agent in agents_of(task)}
+            return TaskList(
+                at=now,
+                tasks=tuple(task_fact(index, task) for task in page),
                 total=len(fit),
-                lockdown=lockdown_out(state, now),
+                orders=self._orders(state, mine, now),
+                lockdown=lockdown_fact(state, now),
             )
 
-    def task(self, task_id: str) -> out.TaskDetail:
+    def _orders(self, state: EngineState, agents: Collection[str], now: Micros) -> tuple[OrderFact, ...]:
+        return tuple(
+            order_fact(state, order, now, self._catalogue) for order in state.orders.values() if order.agent in agents
+        )
+
+    def task(self, task_id: str) -> TaskDetail:
         """Return everything about a task.
 
         Raises:
@@ -280,9 +292,10 @@ class ServiceOrders:
         with self._view.reading() as state:
             task = self._known(state, task_id)
             rows, lines = self._view.rows(task_id), self._view.notices(task_id)
-            return shown.task_detail(state, task, rows, lines, now, self._places_of(task))
+            index = UrgencyIndex(self._view.ledger, max(now, state.now))
+            return shown.task_detail(index, task, rows, lines, self._places_of(task))
 
-    def why(self, task_id: str) -> out.WhyOut:
+    def why(self, task_id: str) -> Explanation:
         """Explain a task.
 
         Raises:
@@ -293,10 +306,10 @@ class ServiceOrders:
         with self._view.reading() as state:
             task = self._known(state, task_id)
             because = self._because(state, task_id, now)
-            waits = list(dict.fromkeys(cause.code for cause in causes_of(state, task) if cause.code))
-        return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because, waits=waits)
+            waits = tuple(dict.fromkeys(cause.code for cause in causes_of(state, task) if cause.code))
+        return Explanation(of=task.id, status=task.status, held=task.held, because=because, waits=waits)
 
-    def why_agent(self, agent: str) -> out.WhyOut:
+    def why_agent(self, agent: str) -> Explanation:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task.
 
         Raises:
@@ -307,25 +320,22 @@ class ServiceOrders:
             record = state.agents.get(agent)
             if record is None:
                 raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
-            because = [line.model_copy(update={"agent": agent}) for line in self._because(state, agent, now)]
-        return out.WhyOut(task=agent, status=record.pool, held=[], because=because)
+            because = tuple(replace(line, agent=agent) for line in self._because(state, agent, now))
+        return Explanation(of=agent, status=record.pool, because=because)
 
-    def _because(self, state: EngineState, of: str, now: Micros) -> list[out.BecauseOut]:
+    def _because(self, state: EngineState, of: str, now: Micros) -> tuple[Because, ...]:
         _, lines = explain(
             state, self._tasks, of, now, catalogue=self._catalogue, wall=wall_us(), desk=self.desk_people,
             actions=[row.fact() for row in self._view.rows(of)],
         )  # fmt: skip
-        return [
-            out.BecauseOut(code=o.code, text=o.text, hint=o.hint, agent=o.agent, role=o.role, depth=o.depth)
-            for o in lines
-        ]
+        return tuple(lines)
 
     def _known(self, state: EngineState, task_id: str) -> TaskRecord:
         task = state.tasks.get(task_id)
         if task is None:
             near = nearest(task_id, [*state.tasks, *state.agents])
-            hint = f"did you mean {' or '.join(near)}? formiga tasks lists them" if near else "formiga tasks lists them"
-            raise Refused("unknown_task", f"there is no task '{shortened(task_id)}' (any more)", hint)
+            text = f"there is no task '{shortened(task_id)}' (any more)"
+            raise Refused("unknown_task", text, "formiga tasks lists them", near=near)
         return task
 
     def _places_of(self, task: TaskRecord) -> StepPlaces | None:
@@ -336,16 +346,17 @@ class ServiceOrders:
         return self._places.get(key)
 
     # -- agents ----------------------------------------------------------------------------------------------------
-    def agents(self) -> out.AgentsOut:
+    def agents(self) -> AgentList:
         """Return all agents."""
         now = self._driver.now()
         with self._view.reading() as state:
             records = sorted(state.agents.values(), key=listing)
-            shown_agents = [
-                shown.agent_out(state, a, self._frame, self.desk_people, now, self._catalogue, port_of(self._site, a))
+            agents = tuple(
+                agent_fact(state, a, now, wall_us(), port_of(self._site, a), self.desk_people, self._frame)
                 for a in records
-            ]
-            return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state, now))
+            )
+            orders = self._orders(state, state.agents, now)
+            return AgentList(at=now, agents=agents, orders=orders, lockdown=lockdown_fact(state, now))
 
     def clear(self, agent: str, by: str = "") -> str:
         """Take a quarantined agent back, or one whose process was started anew.
@@ -386,13 +397,13 @@ class ServiceOrders:
         return self.telling.tell(agent, event, {name: text_of(value) for name, value in fields.items()})
 
     # -- people ----------------------------------------------------------------------------------------------------
-    def inbox(self, person: str = "") -> out.InboxOut:
+    def inbox(self, person: str = "") -> QuestionList:
         """Return the open questions, oldest first; of one person if given."""
         now = self._driver.now()
         with self._view.reading() as state:
             questions = [q for q in state.questions.values() if q.reply is None and (not person or person in q.asked)]
             questions.sort(key=lambda q: q.order)
-            return out.InboxOut(questions=[shown.question_out(state, q, now, self.desk_people) for q in questions])
+            return QuestionList(now, tuple(question_fact(state, q, self.desk_people) for q in questions))
 
     def answer(self, number: str, option: str, by: str = "") -> str:
         """Answer a question for a person who works at this desk; once the engine has it, return a text that says so.

@@ -123,8 +123,8 @@ def _take(folder: Path) -> IO[str]:
         lock = (folder / LOCK).open("a+", encoding="utf-8")
     except OSError as error:
         raise SiteError(
-            f"cannot write the site's runtime folder {folder}: {error.strerror or error}\n"
-            "  help: let this user write there (read-only or full disk? another owner?), then start again"
+            f"cannot write the site's runtime folder {folder}: {error.strerror or error}",
+            help="let this user write there (read-only or full disk? another owner?), then start again",
         ) from error
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -133,8 +133,8 @@ def _take(folder: Path) -> IO[str]:
         who = lock.read().strip()
         lock.close()
         raise SiteError(
-            f"the agents of the site '{folder.name}' are simulated already{f' ({who})' if who else ''}\n"
-            "  help: start the engine without --sim, they connect to it; or end that process first"
+            f"the agents of the site '{folder.name}' are simulated already{f' ({who})' if who else ''}",
+            help="start the engine without --sim, they connect to it; or end that process first",
         ) from error
     with suppress(OSError):  # on a full disk nobody knows who has it
         lock.truncate(0)

@@ -1,9 +1,11 @@
-"""Standing orders and lockdown as the API shows them; their words are in `show.why.standing`."""
+"""Facts of standing orders and lockdown; their words are in `show.why.standing`."""
 
 from formiga_bt.base.clock import Micros, passed_us
 from formiga_bt.engine.kernel.records import StandingOrder
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.services.replies.order_models import LockdownOut, StandingOrderOut
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.show.facts import LockdownFact, OrderFact
+from formiga_bt.show.why.going_on import ways_on_of
 from formiga_bt.show.why.standing import doing, lockdown_text, stands
 
 
@@ -12,9 +14,10 @@ def wall_us() -> Micros:
     return passed_us()
 
 
-def standing_out(state: EngineState, order: StandingOrder, now: Micros) -> StandingOrderOut:
-    """Return an order as the API shows it."""
-    return StandingOrderOut(
+def order_fact(state: EngineState, order: StandingOrder, now: Micros, catalogue: Catalogue | None = None) -> OrderFact:
+    """Return an order that stands."""
+    agent = state.agents.get(order.agent)
+    return OrderFact(
         agent=order.agent,
         stop=order.stop,
         by=order.by,
@@ -22,17 +25,16 @@ def standing_out(state: EngineState, order: StandingOrder, now: Micros) -> Stand
         why=order.why,
         state=order.state,
         task=order.task,
-        unix_millis_at=order.at // 1000,
-        since_s=max(0, now - order.at) / 1e6,
+        since=order.at,
         text=doing(state, order, now, wall_us()),
         note=stands(state, order, now, wall_us()),
+        next=tuple(ways_on_of(state, agent, catalogue)) if agent is not None else (),
     )
 
 
-def lockdown_out(state: EngineState, now: Micros) -> LockdownOut:
+def lockdown_fact(state: EngineState, now: Micros) -> LockdownFact:
     """Return how lockdown stands at engine time `now`."""
     found = state.lockdown
     if found is None:
-        return LockdownOut(on=False, how="", by="", unix_millis_at=None, text="")
-    text = lockdown_text(found, now)
-    return LockdownOut(on=True, how=found.how, by=found.by, unix_millis_at=found.at // 1000, text=text)
+        return LockdownFact(on=False)
+    return LockdownFact(on=True, how=found.how, by=found.by, since=found.at, text=lockdown_text(found, now))

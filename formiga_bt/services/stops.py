@@ -7,6 +7,8 @@ what each machine does now, and what must be done next. That is read off the vie
 from collections.abc import Callable, Iterable
 from typing import Final
 
+from msgspec.structs import replace
+
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.inputs import Input, LockdownOrder, Operator, OperatorOrder
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
@@ -14,7 +16,6 @@ from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.replies import order_models as out
 from formiga_bt.services.replies.order_replies import (
     after_stop,
     count,
@@ -27,9 +28,10 @@ from formiga_bt.services.replies.order_replies import (
     sorted_out,
     told_of,
 )
-from formiga_bt.services.standing import lockdown_out, wall_us
+from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.show.facts import CheckFact, LockdownFact, OrderedFact, OrderReply, PreflightFact, SkippedFact
 from formiga_bt.show.why.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import STOPPED, doing
 from formiga_bt.show.why.words import not_ready
@@ -65,7 +67,7 @@ class Stops:
         self._now = now
 
     # -- stops, continue, restart ------------------------------------------------------------------------------------
-    def agent(self, agent: str, order: OperatorOrder, by: str = "", confirmed: str = "") -> out.OrderReply:
+    def agent(self, agent: str, order: OperatorOrder, by: str = "", confirmed: str = "") -> OrderReply:
         """Give an order to one machine.
 
         Raises:
@@ -84,7 +86,7 @@ class Stops:
                 raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
         return self._give(order, agent, by, lambda state: [a for a in state.agents.values() if a.id == agent])
 
-    def task(self, task: str, order: OperatorOrder, by: str = "") -> out.OrderReply:
+    def task(self, task: str, order: OperatorOrder, by: str = "") -> OrderReply:
         """Give an order to all machines of a task, or restart it.
 
         Raises:
@@ -95,7 +97,7 @@ class Stops:
                 raise Refused("unknown_task", f"'{task}' is an agent", f"formiga {order} {task}")
         return self._give(order, task, by, lambda state: machines_of(state, task))
 
-    def all(self, order: OperatorOrder, by: str = "") -> out.OrderReply:
+    def all(self, order: OperatorOrder, by: str = "") -> OrderReply:
         """Give an order to every machine of the site.
 
         Raises:
@@ -105,7 +107,7 @@ class Stops:
 
     def _give(
         self, order: OperatorOrder, target: str, by: str, scope: Callable[[EngineState], list[AgentRecord]]
-    ) -> out.OrderReply:
+    ) -> OrderReply:
         before, held = self._standing()
         reply = self._ask(Operator(order, target, by))
         self._view.catch_up()
@@ -134,7 +136,7 @@ class Stops:
         before: dict[str, StandingOrder],
         *,
         stands_already: bool,
-    ) -> out.OrderReply:
+    ) -> OrderReply:
         ordered, skipped = sorted_out(state, order, agents, self._now(), before)
         if not ordered and not skipped:
             text = NOTHING if not target else f"{target} has no machine now; it is held"
@@ -143,14 +145,14 @@ class Stops:
         else:
             text = f"{order} is ordered for {count(len(ordered), 'machine')}"
             text += told_of(skipped)
-        return out.OrderReply(
+        return OrderReply(
             order=order,
             target=target,
             stands_already=stands_already and (bool(ordered) or any(one.code == "suspect" for one in skipped)),
             text=text,
-            ordered=ordered,
-            skipped=skipped,
-            next=after_stop(state, order, target, self._catalogue),
+            ordered=tuple(ordered),
+            skipped=tuple(skipped),
+            next=tuple(after_stop(state, order, target, self._catalogue)),
         )
 
     def _went_on(
@@ -160,7 +162,7 @@ class Stops:
         agents: Iterable[AgentRecord],
         before: dict[str, StandingOrder],
         held: dict[str, tuple[str, ...]],
-    ) -> out.OrderReply:
+    ) -> OrderReply:
         now = self._now()
         ordered, skipped = [], []
         for agent in agents:
@@ -173,17 +175,17 @@ class Stops:
                 text = f"`{order.stop}` still stands on it: {doing(state, order, now, wall_us())}"
                 skipped.append(passed_over(state, agent, "ordered", text, ways_on_of(state, agent, self._catalogue)[0]))
             elif agent.id in before:
-                ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
+                ordered.append(OrderedFact(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
         for task_id, causes in held.items():
             task = state.tasks.get(task_id)
             if task is None or (task.section != "done" and task.held == causes):
                 continue
             if task.section == "done":
-                ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} went on, and has ended: {task.status}"))
+                ordered.append(OrderedFact(who=task_id, text=f"{task_id} went on, and has ended: {task.status}"))
             elif task.held:
                 skipped.append(self._still_held(state, task, "held"))
             else:
-                ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} goes on"))
+                ordered.append(OrderedFact(who=task_id, text=f"{task_id} goes on"))
         if not target:  # tasks that could not be continued were passed over
             skipped += [
                 self._still_held(state, task, "cannot_continue")
@@ -192,25 +194,25 @@ class Stops:
             ]
         nothing = "nothing goes on" if skipped else "nothing was stopped: no order stands, and no task waits for a word"
         text = ", ".join(one.text for one in ordered) or nothing
-        return out.OrderReply(
+        return OrderReply(
             order="continue",
             target=target,
             stands_already=False,
             text=text,
-            ordered=ordered,
-            skipped=skipped,
-            next=[one.hint for one in skipped if one.hint.startswith("formiga ")] or ["formiga tasks"],
+            ordered=tuple(ordered),
+            skipped=tuple(skipped),
+            next=tuple(one.hint for one in skipped if one.hint.startswith("formiga ")) or ("formiga tasks",),
         )
 
-    def _still_held(self, state: EngineState, task: TaskRecord, code: str) -> out.SkippedOut:
+    def _still_held(self, state: EngineState, task: TaskRecord, code: str) -> SkippedFact:
         why = stays(state, task.id, self._catalogue)
         text = f"{task.id} is still HELD ({', '.join(task.held)})" + (f": {why}" if why else "")
         first = ways_on(state, task, self._catalogue)[0]
         hint = f"formiga why {task.id}" if first.startswith("formiga continue") else first
-        return out.SkippedOut(who=task.id, code=code, text=text, hint=hint)
+        return SkippedFact(who=task.id, code=code, text=text, hint=hint)
 
     # -- lockdown ----------------------------------------------------------------------------------------------------
-    def lockdown(self, how: str, by: str = "") -> out.OrderReply:
+    def lockdown(self, how: str, by: str = "") -> OrderReply:
         """Press lockdown, or release it.
 
         Raises:
@@ -235,23 +237,23 @@ class Stops:
             text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"
             if not concerned:
                 text += "; no machine is in the air"
-            return out.OrderReply(
+            return OrderReply(
                 order="lockdown",
                 target=how,
                 stands_already=already,
                 text=with_keeping(text, reply),
-                ordered=ordered,
-                skipped=skipped,
-                next=["formiga lockdown release"],
+                ordered=tuple(ordered),
+                skipped=tuple(skipped),
+                next=("formiga lockdown release",),
             )
 
-    def lockdown_now(self) -> out.LockdownOut:
+    def lockdown_now(self) -> LockdownFact:
         """Return how lockdown stands."""
         with self._view.reading() as state:
-            return lockdown_out(state, self._now())
+            return lockdown_fact(state, self._now())
 
     # -- hand-back ---------------------------------------------------------------------------------------------------
-    def hand_back(self, agent: str, how: str = "end", by: str = "") -> out.OrderReply:
+    def hand_back(self, agent: str, how: str = "end", by: str = "") -> OrderReply:
         """Give a machine back to the engine that its pilot had taken over.
 
         Raises:
@@ -285,18 +287,18 @@ class Stops:
         if how == "continue" and task and (order is not None or held):
             what = f"the order `{order.stop}` stands on it" if order is not None else "it is held otherwise"
             then = f"{what}, and {task} waits for your word" if held else what
-        return out.OrderReply(
+        return OrderReply(
             order=f"handback_{how}",
             target=agent,
             stands_already=False,
             text=with_keeping(f"{agent} is the engine's again; {then}", reply),
-            ordered=[out.OrderedOut(who=agent, text=now)] if now else [],
-            skipped=[],
-            next=follow,
+            ordered=(OrderedFact(who=agent, text=now),) if now else (),
+            skipped=(),
+            next=tuple(follow),
         )
 
     # -- preflight ---------------------------------------------------------------------------------------------------
-    def preflight(self, agent: str) -> out.PreflightOut:
+    def preflight(self, agent: str) -> PreflightFact:
         """Return whether a machine is ready to fly, as it says itself.
 
         Raises:
@@ -308,7 +310,7 @@ class Stops:
             raise Refused("unknown_agent", f"there is no agent '{agent}'", "formiga agents lists them")
         if record.human:
             raise Refused("human", f"{agent} is a person, who is not looked at before a flight")
-        checks = [out.CheckOut(check=c.check, ok=c.ok, text=c.text) for c in record.checks]
+        checks = tuple(CheckFact(check=c.check, ok=c.ok, text=c.text) for c in record.checks)
         bad = not_ready(record.checks)
         ready = bool(checks) and not bad
         text = f"{agent} is ready" if ready else f"{agent} is not ready: {bad}"
@@ -319,7 +321,7 @@ class Stops:
             text = f"{agent} is not on the ground; " + (
                 "these checks are of before" if checks else "it tells checks there"
             )
-        return out.PreflightOut(
+        return PreflightFact(
             agent=agent, ok=ready, required=self._site.preflight, airborne=airborne, checks=checks, text=text
         )
 
@@ -332,6 +334,6 @@ def _ends(task: TaskRecord, *, stopped: bool) -> str:
     return f"no step of {task.id} was interrupted, so none fails: {then}"
 
 
-def _kept(answer: out.OrderReply, reply: Accepted | Done) -> out.OrderReply:
+def _kept(answer: OrderReply, reply: Accepted | Done) -> OrderReply:
     """Return an answer that says so if the order could not be kept."""
-    return answer.model_copy(update={"text": with_keeping(answer.text, reply)})
+    return replace(answer, text=with_keeping(answer.text, reply))

@@ -53,10 +53,9 @@ class Telling:
         types = kind.events.get(event)
         if types is None:
             near = get_close_matches(event, kind.events, n=1, cutoff=0.5)
-            guess = f"; did you mean '{near[0]}'?" if near else ""
             known = ", ".join(kind.events)
             hint = f"events: {known}" if known else "the catalogue gives events to a type under events:"
-            raise Refused("unknown_event", f"{kind.name} has no event '{event}'{guess}", hint)
+            raise Refused("unknown_event", f"{kind.name} has no event '{event}'", hint, near=near)
         values, problems, sources = bind_fields(event, types, fields, self._site, self._now())
         if problems:
             texts = [render(problem, sources) for problem in problems]

@@ -12,8 +12,6 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any, Final
 
-from msgspec import Struct
-
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Abort, Alarm, EngineStep, LockdownOrder, NotifyPeople, Operator
@@ -30,6 +28,7 @@ from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.standing import wall_us
+from formiga_bt.show.facts import LineFact
 from formiga_bt.show.history.ledger import Bounds, Ledger
 from formiga_bt.show.history.rows import ActionRow, rest_words
 from formiga_bt.show.why.standing import AGAIN, doing, given, lockdown_text
@@ -40,14 +39,6 @@ ROWS_KEPT: Final = 500
 NOTICES_KEPT: Final = 50
 """Of one task."""
 log = logging.getLogger("formiga.view")
-
-
-class NoticeLine(Struct, frozen=True):
-    """A notice or alarm."""
-
-    at: Micros
-    severity: str
-    text: str
 
 
 class EngineView:
@@ -63,10 +54,10 @@ class EngineView:
         self.feed = Feed(epoch)
         self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT), state)
         self.state = self.ledger.state
-        self.alarms: deque[NoticeLine] = deque(maxlen=100)
+        self.alarms: deque[LineFact] = deque(maxlen=100)
         self.recall: Callable[[Sequence[str]], None] = lambda _ids: None
         """Makes the ledger know the beginnings of tasks of earlier starts; called without the lock."""
-        self._notices: dict[str, deque[NoticeLine]] = {}
+        self._notices: dict[str, deque[LineFact]] = {}
         self._sections: dict[str, str] = {}
         """Where the tasks of the step that is folded stand after it: a section that it only passed through is not told."""
         self.ledger.before.append(self._look)
@@ -161,12 +152,12 @@ class EngineView:
         story = self.ledger.stories.get(task_id)
         return story.rows if story is not None else ()
 
-    def notices(self, task_id: str) -> Sequence[NoticeLine]:
+    def notices(self, task_id: str) -> Sequence[LineFact]:
         """Return the notices and alarms of a task, oldest first."""
         return self._notices.get(task_id, ()) if task_id in self.state.tasks else ()
 
     def _line(self, at: Micros, severity: str, text: str, task: str, agent: str) -> None:
-        line = NoticeLine(at, severity, text)
+        line = LineFact(at=at, severity=severity, text=text, task=task, agent=agent)
         if severity == "alarm":
             self.alarms.append(line)
         if task in self.state.tasks:

@@ -1,12 +1,13 @@
-"""How agents are listed for people: machines before people, hwd_2 before hwd_10, and by name the port at which one stands."""
+"""How things are listed for people: machines before people, hwd_2 before hwd_10, ports by name; and parameters of tasks."""
 
 import re
 from typing import Protocol
 
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.engine.kernel.records import AgentRecord
-from formiga_bt.lang.model import Site
+from formiga_bt.lang.model import Expr, Param, Site
 from formiga_bt.safety.gate import AT_PORT_M
+from formiga_bt.show.facts import ParamFact
 
 
 class Listed(Protocol):
@@ -46,3 +47,22 @@ def port_of(site: Site, agent: AgentRecord) -> str:
 def where_words(port: str, east_m: float, north_m: float, up_m: float) -> str:
     """Return where an agent is: `port north`, or metres from the base station."""
     return f"port {port}" if port else f"{east_m:.0f} E {north_m:.0f} N {up_m:.0f} up"
+
+
+def param_fact(param: Param) -> ParamFact:
+    """Return a parameter of a task."""
+
+    def source(expr: Expr | None) -> str:
+        return expr.source if expr is not None else ""
+
+    return ParamFact(
+        name=param.name,
+        type=str(param.type),
+        required=param.default is None and not param.optional,
+        default=source(param.default),
+        least=source(param.min),
+        most=source(param.max),
+        label=param.label,
+        help=param.help,
+        aliases=param.aliases,
+    )

@@ -1,7 +1,7 @@
 """The one seam through which everything that is seen is read: of a running engine, a dry run, or a stored history.
 
-`show.history.folded.FoldedSource` reads what a ledger folded from steps in this process; `cli.remote.RemoteSource` asks a
-running engine; `replay.source.JournalSource` is a journal at an instant. Nothing that draws notices.
+`show.history.folded.FoldedSource` reads what a ledger folded from steps in this process; `formiga_bt.client.Client` asks
+a running engine; `replay.source.JournalSource` is a journal at an instant. Nothing that draws notices.
 """
 
 from collections.abc import Sequence

@@ -327,7 +327,7 @@ class Killing:
                 self.held.append(task["id"])
                 self._api(f"/v1/tasks/{task['id']}/orders", {"order": "continue", "by": "watcher_1"})
             mine = self.accepted.get(task["id"])
-            if task["task"] == "Tidy" and task["section"] == "steps" and flying & set(task["agents"]):
+            if task["name"] == "Tidy" and task["section"] == "steps" and flying & set(task["agents"]):
                 said = self._api(f"/v1/tasks/{task['id']}/abort", {})
                 if mine is None or mine.aborted is not True:
                     self.accepted[task["id"]] = Accepted(task["id"], "Tidy", True if said is not None else None)

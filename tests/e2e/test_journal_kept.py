@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.base.site_folder import EngineAddress
-from formiga_bt.cli.calling import Client
+from formiga_bt.client import Client, PastClient
 from tests.e2e.test_resume import kill
 from tests.e2e.test_service import ASK, Shell, new_site
 
@@ -30,11 +30,11 @@ def shell(tmp_path: Path) -> Iterator[Shell]:
 
 
 def submit(at: EngineAddress) -> str:
-    return str(Client(at).post("/v1/tasks", {"task": "Ask", "params": {}})["id"])
+    return Client(at).request("Ask")
 
 
 def known(at: EngineAddress) -> set[str]:
-    return {one["id"] for one in Client(at).get("/v1/tasks")["tasks"]}
+    return {one.id for one in Client(at).tasks().tasks}
 
 
 def journal_of(shell: Shell) -> Path:
@@ -44,9 +44,9 @@ def journal_of(shell: Shell) -> Path:
 
 def look_inside(at: EngineAddress, old: str) -> None:
     """Have the engine look into its own journal."""
-    Client(at).get("/v1/past")
-    Client(at).get(f"/v1/past/tasks/{old}", at=f"{old} start")
-    Client(at).get(f"/v1/tasks/{old}/why")
+    PastClient(Client(at), "").now()
+    PastClient(Client(at), f"{old} start").task(old)
+    Client(at).why(old)
 
 
 def test_what_is_acknowledged_outlives_looks_at_the_live_journal_from_inside_and_outside(shell: Shell) -> None:

@@ -34,8 +34,13 @@ class Field:
         (found,) = [a for a in self.get("/v1/agents")["agents"] if a["id"] == name]
         return found
 
+    def order(self, name: str) -> Any:
+        """Return the order that stands on a machine; {}: none does."""
+        return next((one for one in self.get("/v1/agents")["orders"] if one["agent"] == name), {})
+
     def task(self, task_id: str) -> Any:
-        return self.get(f"/v1/tasks/{task_id}")
+        detail = self.get(f"/v1/tasks/{task_id}")
+        return {**detail, **detail["task"]}
 
     def wait(self, is_met: Callable[[], object], what: str, within_s: float = 60.0) -> None:
         until = time.monotonic() + within_s
@@ -50,7 +55,7 @@ class Field:
         task_id = self.shell.run("run", "Hello", "--param", f"target={FAR}").split()[0]
         self.wait(lambda: any(g["action"] == "GoTo" for g in self.task(task_id)["goals"]), "it is under way")
         (drone,) = self.task(task_id)["agents"]
-        self.wait(lambda: (self.drone(drone)["position"] or {})["up_m"] > 20, "it is well up")
+        self.wait(lambda: (self.drone(drone)["at"] or {})["up_m"] > 20, "it is well up")
         return task_id, drone
 
     def hovers(self, drone: str) -> bool:
@@ -58,16 +63,14 @@ class Field:
         first = self.drone(drone)
         time.sleep(0.5)
         second = self.drone(drone)
-        return bool(
-            first["position"] == second["position"] and second["landed"] == "airborne" and second["action"] == ""
-        )
+        return bool(first["at"] == second["at"] and second["landed"] == "airborne" and second["action"] == "")
 
     def is_home(self, drone: str) -> bool:
         found = self.drone(drone)
-        return bool(found["landed"] == "grounded" and found["position"]["north_m"] == pytest.approx(40.0, abs=3.0))
+        return bool(found["landed"] == "grounded" and found["at"]["north_m"] == pytest.approx(40.0, abs=3.0))
 
     def ends(self, task_id: str) -> Any:
-        self.wait(lambda: self.task(task_id)["section"] == "done", f"{task_id} ends")
+        self.wait(lambda: self.task(task_id)["ended_at"], f"{task_id} ends")
         return self.task(task_id)
 
     def taken(self) -> tuple[str, str]:
@@ -98,9 +101,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Field]:
             specs, site=world.site.name, connect=address.endpoint, state_dir=folder / "sim", referee=True
         ) as fleet:
             made = Field(shell, fleet, address.url)
-            made.wait(
-                lambda: sum(a["position"] is not None for a in made.get("/v1/agents")["agents"]) == 2, "all are there"
-            )
+            made.wait(lambda: sum(a["at"] is not None for a in made.get("/v1/agents")["agents"]) == 2, "all are there")
             yield made
             shell.run("down", "--yes")
             shell.ended()
@@ -138,7 +139,7 @@ def test_a_flight_is_held_and_goes_on_and_another_one_is_sent_home(field: Field)
 
     task_id, drone = field.fly()
     assert f"{drone} flies home to " in field.shell.run("return", drone)
-    field.wait(lambda: (field.drone(drone)["order"] or {}).get("state") == "done", "it is home")
+    field.wait(lambda: field.order(drone).get("state") == "done", "it is home")
     assert field.is_home(drone)
     assert field.task(task_id)["held"] == [f"operator:{drone}"]
     assert f"formiga restart {task_id}" in field.shell.run("continue", task_id, code=1)

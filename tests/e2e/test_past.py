@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli.calling import Client
+from formiga_bt.client import Client, PastClient
 from tests.e2e.test_resume import wait
 from tests.e2e.test_service import Shell, new_site, wait_for_agents
 
@@ -44,7 +44,7 @@ def test_what_a_killed_engine_left_can_be_seen(shell: Shell) -> None:
 
     address = shell.up("--sim")
     assert live == shell.run("show", "Hello-1", "--ascii")
-    past = Client(address).get("/v1/past/tasks/Hello-1", at="Hello-1 start")
-    assert past["picture"]["task"]["status"] in ("PENDING", "ACTIVE")
+    past = PastClient(Client(address), "Hello-1 start").task("Hello-1")
+    assert past.task.status in ("PENDING", "ACTIVE")
     assert "an engine writes" in shell.run("journal", "compact", code=1)
     shell.run("down", "--yes")

@@ -16,8 +16,8 @@ import pytest
 
 from agents_sim.launch import FleetProcesses
 from formiga_bt.base.site_folder import EngineAddress, find_engines
-from formiga_bt.cli.calling import Client
 from formiga_bt.cli.inputs import read_world
+from formiga_bt.client import Client
 from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.rig import agent_pid
 
@@ -115,8 +115,8 @@ def wait_for_agents(shell: Shell, number: int) -> None:
     (engine,) = find_engines(shell.folder)
     until = time.monotonic() + 30
     while True:
-        agents = Client(engine).get("/v1/agents")["agents"]
-        if sum(a["position"] is not None or a["at_desk"] for a in agents) >= number:
+        agents = Client(engine).agents().agents
+        if sum(a.at is not None or a.at_desk for a in agents) >= number:
             return
         assert time.monotonic() < until, agents
         time.sleep(0.05)
@@ -166,7 +166,7 @@ def test_one_command_starts_engine_and_simulated_agents(shell: Shell) -> None:
 
     end = shell.json("run", "Hello", "--follow", "--priority", "high")
 
-    assert (end["status"], end["priority"], len(end["actions"])) == ("SUCCEEDED", "high", 4)
+    assert (end["task"]["status"], end["task"]["priority"], len(end["actions"])) == ("SUCCEEDED", "high", 4)
     assert "ended" in shell.run("down", "--drain")
     assert "Hello-1 SUCCEEDED" in shell.ended()
 
@@ -239,7 +239,7 @@ def test_what_is_wrong_is_told_and_the_engine_goes_on(shell: Shell) -> None:
     assert second.startswith(
         f"formiga: an engine runs on the site 'my_meadow' already (process {address.pid}, {address.url})"
     )
-    assert "did you mean 'Hello'?" in shell.run("run", "Helo", code=1)
+    assert "did you mean Hello?" in shell.run("run", "Helo", code=1)
     wrong = shell.run("run", "Hello", "-p", "height=40", "-p", "hight=40 m", code=1)
     assert "needs a unit" in wrong
     assert "no parameter 'hight'" in wrong

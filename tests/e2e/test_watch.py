@@ -131,7 +131,7 @@ def test_a_person_watches_answers_stops_and_resizes(shell: Shell, terminal: Term
     terminal.wait("Abort Hello-2")
     terminal.keys("n")
     terminal.wait("nothing was done")
-    assert shell.json("tasks")["tasks"][0]["section"] != "done"
+    assert shell.json("tasks")["tasks"][0]["ended_at"] is None
     terminal.keys("A", "y")
     terminal.wait("abort Hello-2: Hello-2 ends")
     terminal.keys("!")

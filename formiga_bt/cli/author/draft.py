@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from formiga_bt.cli.client import user
+from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file, written
-from formiga_bt.cli.visible import visible
+from formiga_bt.cli.printing import user
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -78,7 +78,7 @@ def command(
     path = None if named is None or is_demo(named) else readable(site_file(named))
     world = world_of(path, [readable(one) for one in actions or ()])
     if run and not _is_terminal():
-        raise UnusableFile("--run asks a person, and this is no terminal\n  help: -o FILE, then formiga run")
+        raise UnusableFile("--run asks a person, and this is no terminal", help="-o FILE, then formiga run")
     if go_on and edit is not None:
         raise UnusableFile("--continue changes the newest draft, --edit a file; leave one out")
     folder = drafts_folder(path, world.site.name)
@@ -144,7 +144,7 @@ def _edited(
 
     loaded = load_task(readable(path), catalogue=world.catalogue, site=world.site)
     if loaded.task is None:
-        raise UnusableFile(f"{path} has errors\n  help: formiga check {path}")
+        raise UnusableFile(f"{path} has errors", help=f"formiga check {path}")
     purpose, answer, form = shown(path.read_text(encoding="utf-8"), world, chosen, str(path))
     return (purpose, answer), form
 
@@ -175,7 +175,7 @@ def _naming(kept: "KeptDraft") -> "Iterator[None]":
     try:
         yield
     except UnusableFile as error:
-        raise UnusableFile(f"{error}\n  help: the draft is kept: {_shown(kept.folder / TASK)}") from error
+        raise UnusableFile(f"{error}", help=f"the draft is kept: {_shown(kept.folder / TASK)}") from error
 
 
 class _Progress:
@@ -278,8 +278,9 @@ def _run(
     made: "Draft", task: "Task", world: "RequestWorld", site: Path | None, kept: "KeptDraft", out: Path | None, by: str
 ) -> None:
     """Ask the person, then have the engine of the site read the task and start it."""
-    from formiga_bt.cli.client import connect, show_next
     from formiga_bt.cli.loading import load_file
+    from formiga_bt.cli.printing import show_next
+    from formiga_bt.client import connect
     from formiga_bt.llm.origin import approve
 
     file = out if out is not None else _task_file(task.name, site)
@@ -300,12 +301,10 @@ def _run(
     with _naming(kept):
         _keep_file(made, file, out)
     client = connect(site)
-    bundle = load_file(client, file, by=by, site=site)[
-        "bundle"
-    ]  # of what was read just now, whatever becomes of the file
+    bundle = load_file(client, file, by=by, site=site).bundle  # of what was read just now, whatever becomes of the file
     approve(kept, approved_by=by, bundle=bundle)
-    body = {"task": task.name, "params": {}, "priority": None, "by": by, "bundle": bundle}
-    task_id = client.post("/v1/tasks", body, key=f"draft-{kept.number}-{kept.origin.unix_millis}")["id"]
+    key = f"draft-{kept.number}-{kept.origin.unix_millis}"
+    task_id = client.request(task.name, by=by, bundle=bundle, key=key)
     typer.echo(task_id)
     show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, print_json, print_table, show_next
+from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file
-from formiga_bt.cli.visible import visible
+from formiga_bt.cli.options import JsonOption, print_table
+from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.show.clean import cleaned
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def command(
     if what is DraftsCommand.LIST and given:
         raise UnusableFile(f"say: formiga drafts show {given[0]}")
     if what is DraftsCommand.SHOW and not given:
-        raise UnusableFile("formiga drafts show needs the number of a draft\n  help: formiga drafts lists them")
+        raise UnusableFile("formiga drafts show needs the number of a draft", help="formiga drafts lists them")
     folder = _folder(site)
     if what is DraftsCommand.LIST:
         _list(folder, as_json=as_json)
@@ -76,7 +77,7 @@ def _folder(site: Path | None) -> Path:
     catalogue, _, _ = load_catalogue(files("actions"))
     found, _, _ = load_site(path or folder("trees") / "demo-site.yaml", catalogue)
     if found is None:
-        raise UnusableFile(f"{path} has errors\n  help: formiga check {path}")
+        raise UnusableFile(f"{path} has errors", help=f"formiga check {path}")
     return drafts_folder(path, found.name)
 
 

@@ -23,7 +23,7 @@ def command(
             typer.echo(f"{', '.join(reason.codes)}  {reason.cells[0] if reason.cells else ''}")
         return
     if not code:
-        raise UnusableFile("which code?\n  help: formiga explain E030, or formiga explain --list")
+        raise UnusableFile("which code?", help="formiga explain E030, or formiga explain --list")
     found = pages().get(code.upper())
     if found is not None:
         typer.echo(_page(found))
@@ -33,7 +33,7 @@ def command(
         from formiga_bt.lang.text.reading import did_you_mean
 
         known = [*pages(), *(one for reason in reasons() for one in reason.codes)]
-        raise UnusableFile(f"there is no code '{code}'{did_you_mean(code, known)}\n  help: formiga explain --list")
+        raise UnusableFile(f"there is no code '{code}'{did_you_mean(code, known)}", help="formiga explain --list")
     typer.echo("\n\n".join(map(_reason, meant)))
 
 

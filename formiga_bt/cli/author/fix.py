@@ -69,7 +69,7 @@ def _agreed(path: Path) -> bool:
         UnusableFile: nobody is there to answer.
     """
     if not sys.stdin.isatty():
-        raise UnusableFile("this is no terminal, nobody can be asked\n  help: --write writes, --diff only shows")
+        raise UnusableFile("this is no terminal, nobody can be asked", help="--write writes, --diff only shows")
     return typer.confirm(f"Write {path}?")
 
 

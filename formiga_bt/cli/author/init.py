@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import show_next
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.printing import show_next
 
 SITE = """\
 # Your site: where things are, and who works here. Metres are counted east and north from the base station.
@@ -94,10 +94,10 @@ def command(
         folder / ".gitignore": ".formiga/\n",
     }
     if folder.exists() and not folder.is_dir():
-        raise UnusableFile(f"{folder} is a file, not a folder; nothing was changed\n  help: name another folder")
+        raise UnusableFile(f"{folder} is a file, not a folder; nothing was changed", help="name another folder")
     there = [str(path) for path in files if path.exists() and path.name != ".gitignore"]
     if there:
-        raise UnusableFile(f"{', '.join(there)}: there already; nothing was changed\n  help: name another folder")
+        raise UnusableFile(f"{', '.join(there)}: there already; nothing was changed", help="name another folder")
     try:
         for path, text in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -119,7 +119,7 @@ def _fetch(name: str) -> None:
     found = known(name)
     if found is None:
         names = ", ".join(one.name for one in KNOWN)
-        raise UnusableFile(f"'{name}' cannot be fetched\n  help: {names}; or formiga model add FILE")
+        raise UnusableFile(f"'{name}' cannot be fetched", help=f"{names}; or formiga model add FILE")
     there = fetch(found, lambda line: print(line, flush=True))
     print(f"{there.name}: {there.file}\n  SHA-256 {there.sha256}, as {found.source}")
     if note := absent(there.name):

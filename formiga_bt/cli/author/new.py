@@ -7,8 +7,8 @@ from typing import Annotated, Final
 
 import typer
 
-from formiga_bt.cli.client import show_next
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.printing import show_next
 
 
 class StartKind(StrEnum):
@@ -218,7 +218,7 @@ def command(
         with file.open("x", encoding="utf-8") as new:
             new.write(HEAD.format(what=what, file=file, given=given, name=name) + body)
     except FileExistsError as error:
-        raise UnusableFile(f"{file} is there already; nothing was changed\n  help: choose another name") from error
+        raise UnusableFile(f"{file} is there already; nothing was changed", help="choose another name") from error
     except OSError as error:
         raise UnusableFile(f"cannot write {file}: {error.strerror or error}") from error
     typer.echo(f"made {file}")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from formiga_bt.cli.client import TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
+from formiga_bt.cli.options import TokenFileOption, UrlOption
 from formiga_bt.cli.past import AtOption, JournalOption, is_past
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def _drawing(file: Path, site: Path | None, actions: list[Path]) -> "Drawing":
 def _connect(
     what: str, site: Path | None, url: str, token_file: Path | None, journal: str = "", at: str = ""
 ) -> "Source":
-    from formiga_bt.cli.calling import NoEngine
     from formiga_bt.cli.past import source_of
+    from formiga_bt.client import NoEngine
 
     try:
         return source_of(site, url, token_file, journal=journal, at=at)

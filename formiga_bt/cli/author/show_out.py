@@ -74,8 +74,7 @@ class DrawingOptions:
         for name in self.collapse:
             if name not in names:
                 near = get_close_matches(name, sorted(names), n=3, cutoff=0.5)
-                hint = f"; did you mean {' or '.join(near)}?" if near else ""
-                raise FormigaError(f"nothing in {drawing.task} is called '{name}' that could be collapsed{hint}")
+                raise FormigaError(f"nothing in {drawing.task} is called '{name}' that could be collapsed", near=near)
         return cut(drawing, depth=self.depth, collapse=self.collapse)
 
     def _form(self) -> str:
@@ -128,7 +127,7 @@ def title_of(picture: "TaskPicture") -> str:
     held = " HELD" if task.held and not task.is_over else ""
     facts = [
         f"{task.id} {task.status}{held}",
-        task.version,
+        task.versions,
         *task.held,
         task.doing or f"{task.code} {task.reason}".strip(),
     ]

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from typing import Final
 
 from formiga_bt.base.errors import FormigaError
-from formiga_bt.cli.calling import Client, NoEngine
+from formiga_bt.client import Client, NoEngine
 
 WAIT_S: Final = 4.0
 """The processes of a fleet that has just been ended may be heard for so long."""
@@ -27,13 +27,11 @@ def check_absent(client: Client, agents: Collection[str], *, can_leave_out: bool
     until = time.monotonic() + wait_s
     while True:
         try:
-            found = client.get("/v1/agents")["agents"]
+            found = client.agents().agents
         except NoEngine:
             return
-        desk = [one["id"] for one in found if one["id"] in agents and one["at_desk"]]
-        others = [
-            one["id"] for one in found if one["id"] in agents and not one["at_desk"] and one["liveness"] == "ALIVE"
-        ]
+        desk = [one.id for one in found if one.id in agents and one.at_desk]
+        others = [one.id for one in found if one.id in agents and not one.at_desk and one.liveness == "ALIVE"]
         if not desk and not others:
             return
         if desk or time.monotonic() >= until:

@@ -27,7 +27,7 @@ def command(
     """
     del stdio
     if find_spec("pygls") is None:
-        raise UnusableFile(f"the language server needs a package more\n  help: {install('lsp')}")
+        raise UnusableFile("the language server needs a package more", help=f"{install('lsp')}")
     files = [readable(path) for path in actions or ()]
     the_site = readable(site_file(site)) if site is not None else None
     from formiga_bt.editor.server import serve

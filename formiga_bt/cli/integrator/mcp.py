@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from formiga_bt.base.extras import install
-from formiga_bt.cli.client import TokenFileOption, UrlOption, user
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
+from formiga_bt.cli.options import TokenFileOption, UrlOption
+from formiga_bt.cli.printing import user
 
 if TYPE_CHECKING:
     from formiga_bt.show.source import Source
@@ -37,7 +38,7 @@ def command(
     for a person. Exit code 2: a file cannot be read, or the extra is not installed.
     """
     if find_spec("mcp") is None:
-        raise UnusableFile(f"the server for assistants needs a package more\n  help: {install('mcp')}")
+        raise UnusableFile("the server for assistants needs a package more", help=f"{install('mcp')}")
     here = Path("site.yaml")
     named = site if site is not None else here if here.is_file() else None
     file = None if named is None or is_demo(named) else str(readable(named).resolve())
@@ -48,7 +49,7 @@ def command(
     ground_of(where)
 
     def engine() -> "Source":
-        from formiga_bt.cli.remote import connect_source
+        from formiga_bt.cli.options import connect_source
 
         return connect_source(None if url or file is None else Path(file), url, token_file)
 

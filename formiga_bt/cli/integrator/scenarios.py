@@ -32,7 +32,7 @@ def find_scenario(word: str) -> Path:
     from formiga_bt.lang.text.reading import did_you_mean
 
     what = f"no scenario is called '{word}'{did_you_mean(word, shipped())}"
-    raise UnusableFile(f"{what}\n  help: name a file, or one of {', '.join(shipped())}")
+    raise UnusableFile(f"{what}", help=f"name a file, or one of {', '.join(shipped())}")
 
 
 def read_scenario(word: str, actions: Sequence[Path] = ()) -> "Scenario":

@@ -14,11 +14,11 @@ import msgspec
 
 from formiga_bt.base.errors import FormigaError, TransportError
 from formiga_bt.base.site_folder import SiteFolder, is_running, read_address
-from formiga_bt.cli.calling import Client
+from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo
 from formiga_bt.cli.integrator.absent import check_absent
 from formiga_bt.cli.operator.up import site_world
-from formiga_bt.cli.visible import visible
+from formiga_bt.client import Client
 from formiga_bt.services.listening import listen_of
 from formiga_bt.services.simulated import Simulated, check_unsimulated
 from formiga_bt.transport.messages import ClockBeat
@@ -78,7 +78,7 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
     )  # fmt: skip
     if not fleet.agents:
         raise FormigaError(
-            f"nobody is left to simulate on the site {world.site.name}\n  help: list agents in site.yaml, under agents"
+            f"nobody is left to simulate on the site {world.site.name}", help="list agents in site.yaml, under agents"
         )
     check_unsimulated(folder)
     there = read_address(folder) if is_running(folder) else None
@@ -135,9 +135,9 @@ def _endpoint(folder: Path, listed: str) -> str:
         return there.endpoint
     if listed.endswith(":0"):
         raise UnusableFile(
-            f"the site lets each engine take a free port ({listed}), so nobody knows where to look for it\n"
-            "  help: name a port in site.yaml under transports; or say one to both: formiga sim --connect ENDPOINT,"
-            " formiga up --listen ENDPOINT"
+            f"the site lets each engine take a free port ({listed}), so nobody knows where to look for it",
+            help="name a port in site.yaml under transports; or say one to both: formiga sim --connect ENDPOINT,"
+            " formiga up --listen ENDPOINT",
         )
     return listed
 

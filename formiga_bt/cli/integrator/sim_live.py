@@ -2,18 +2,19 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import typer
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.site_folder import find_engines
-from formiga_bt.cli.calling import ApiError, NoEngine
-from formiga_bt.cli.client import Client, connect, print_table, segment, show_next
 from formiga_bt.cli.integrator.absent import check_absent
+from formiga_bt.cli.options import print_table
+from formiga_bt.cli.printing import show_next
+from formiga_bt.client import Client, NoEngine, UnknownId, connect
 
 if TYPE_CHECKING:
     from agents_sim.referee import Verdict
@@ -26,6 +27,17 @@ REQUESTER: Final = "scenario"
 ALL_TASKS: Final = 10_000
 """As many as one answer may list: a new one must be among them however many are under way."""
 T = TypeVar("T")
+
+
+class PlayedTask(NamedTuple):
+    """A task of the scenario, as it was when it was last looked at."""
+
+    status: str
+    outcome: str
+    agents: str = ""
+    done: int = 0
+    """Actions that came to their end."""
+    lasted_s: float = 0.0
 
 
 class Api:
@@ -75,8 +87,8 @@ class LiveRequests:
         self._api, self._tell = api, tell
         self._waiting: deque[ScenarioTask | ScenarioOrder] = deque()
         self._before: set[str] | None = None
-        self.tasks: dict[str, dict[str, Any]] = {}
-        """What was requested, as it was when it was last looked at; {}: not yet."""
+        self.tasks: dict[str, PlayedTask | None] = {}
+        """What was requested, as it was when it was last looked at; None: not yet."""
 
     def ask(self, entry: "ScenarioTask | ScenarioOrder") -> None:
         """Take what is due."""
@@ -92,18 +104,18 @@ class LiveRequests:
     @property
     def are_over(self) -> bool:
         """Return whether all that was asked for has ended."""
-        return not self._waiting and all(task and task["status"] in OVER for task in self.tasks.values())
+        return not self._waiting and all(task is not None and task.status in OVER for task in self.tasks.values())
 
     def look(self) -> None:
         """Look how the tasks are, telling changes of their status."""
         for task_id, before in self.tasks.items():
-            if self._api is not None and (not before or before["status"] not in OVER):
+            if self._api is not None and (before is None or before.status not in OVER):
                 task = self._api.call(partial(_looked_up, task_id=task_id))
                 if task is None:
                     return
                 self.tasks[task_id] = task
-                if not before or before["status"] != task["status"]:
-                    self._tell(f"{task_id} {_outcome(task)}")
+                if before is None or before.status != task.status:
+                    self._tell(f"{task_id} {task.outcome}")
 
     def _play(self, entry: "ScenarioTask | ScenarioOrder") -> bool:
         from formiga_bt.lang.scenario import ScenarioOrder
@@ -119,33 +131,27 @@ class LiveRequests:
             return True
         made = self._request(self._api, entry)
         if made:
-            self.tasks[made] = {}
+            self.tasks[made] = None
             self._tell(f"{made} requested")
         return bool(made)
 
     def _request(self, api: Api, entry: "ScenarioTask") -> str | None:
         """Request a task, once: an engine that died before it answered may have taken it."""
-        there = api.call(lambda client: client.get("/v1/tasks", limit=ALL_TASKS)["tasks"])
+        there = api.call(lambda client: client.tasks(limit=ALL_TASKS).tasks)
         if there is None:
             return None
-        mine = [task["id"] for task in there if task["task"] == entry.task and task["by"] == REQUESTER]
+        mine = [task.id for task in there if task.name == entry.task and task.by == REQUESTER]
         if self._before is None:
             self._before = set(mine)
         taken = [task_id for task_id in mine if task_id not in self._before]
         if taken:
-            return str(taken[0])
-        body: dict[str, Any] = {
-            "task": entry.task,
-            "params": dict(entry.texts),
-            "priority": entry.priority,
-            "by": REQUESTER,
-        }
-        body |= {
-            f"{key}_s": lasts / 1e6
-            for key, lasts in (("wait", entry.wait), ("expires", entry.expires))
-            if lasts is not None
-        }
-        return api.call(lambda client: str(client.post("/v1/tasks", body)["id"]))
+            return taken[0]
+        wait_s, expires_s = (None if lasts is None else lasts / 1e6 for lasts in (entry.wait, entry.expires))
+        return api.call(
+            lambda client: client.request(
+                entry.task, entry.texts, priority=entry.priority, by=REQUESTER, wait_s=wait_s, expires_s=expires_s
+            )
+        )
 
 
 def run(play: "Scenario", endpoint: str | None) -> int:
@@ -153,8 +159,8 @@ def run(play: "Scenario", endpoint: str | None) -> int:
     client = _client(endpoint)
     if client is not None and client.address.site != play.site.name:
         raise FormigaError(
-            f"the engine here runs the site '{client.address.site}', the scenario is of '{play.site.name}'\n"
-            "  help: start an engine of that site, or play it here with --virtual"
+            f"the engine here runs the site '{client.address.site}', the scenario is of '{play.site.name}'",
+            help="start an engine of that site, or play it here with --virtual",
         )
     if client is not None:
         check_absent(client, [agent.id for agent in play.agents], can_leave_out=False)
@@ -193,9 +199,7 @@ def give(client: Client | None, order: "ScenarioOrder") -> str:
     if client is None:
         return " is due: no API of this engine is known here, give it yourself"
     try:
-        target = _newest(client, order.target) if order.of == "task" else order.target
-        where, body = _call(order, target)
-        client.post(where, {**body, "by": order.by})
+        _carry(client, order, _newest(client, order.target) if order.of == "task" else order.target)
     except NoEngine:
         raise
     except FormigaError as error:
@@ -203,30 +207,32 @@ def give(client: Client | None, order: "ScenarioOrder") -> str:
     return ""
 
 
-def _call(order: "ScenarioOrder", target: str) -> tuple[str, dict[str, Any]]:
-    """Return the path and the body of an order."""
+def _carry(client: Client, order: "ScenarioOrder", target: str) -> None:
+    by = order.by
     match order.order:
         case "lockdown":
-            return "/v1/lockdown", {"how": order.how}
+            client.lock_down(order.how, by=by)
         case "abort":
-            return f"/v1/tasks/{segment(target)}/abort", {"how": order.how, "confirmed": order.how == "abandon"}
+            client.abort(target, order.how, by=by, confirmed=order.how == "abandon")
         case "handback":
-            return f"/v1/agents/{segment(target)}/handback", {"how": order.how}
+            client.hand_back(target, order.how, by=by)
         case "clear":
-            return f"/v1/agents/{segment(target)}/clear", {}
+            client.clear(target, by=by)
         case "removed":
-            return f"/v1/agents/{segment(target)}/removed", {"confirmed": target}
+            client.removed(target, confirmed=target, by=by)
+        case word if order.of == "agent":
+            client.order_agent(target, word, by=by, confirmed=target if word == "cut" else "")
+        case word if order.of == "task":
+            client.order_task(target, word, by=by)
         case word:
-            where = {"agent": f"/v1/agents/{segment(target)}/orders", "task": f"/v1/tasks/{segment(target)}/orders"}
-            confirmed = {"confirmed": target} if word == "cut" else {}
-            return where.get(order.of, "/v1/orders"), {"order": word, **confirmed}
+            client.order_all(word, by=by)
 
 
 def _newest(client: Client, name: str) -> str:
     from formiga_bt.show.listed import natural
 
-    found = client.get("/v1/tasks", status="open", limit=ALL_TASKS)["tasks"]
-    if not (mine := [str(task["id"]) for task in found if task["task"] == name]):
+    found = client.tasks("open", ALL_TASKS).tasks
+    if not (mine := [task.id for task in found if task.name == name]):
         raise FormigaError(f"no task '{name}' is open")
     return max(mine, key=natural)
 
@@ -250,32 +256,30 @@ def _found(site: str, endpoint: str) -> Client:
     raise NoEngine(f"no engine of the site '{site}' listens at {endpoint}")
 
 
-def _looked_up(client: Client, task_id: str) -> dict[str, Any]:
+def _looked_up(client: Client, task_id: str) -> PlayedTask:
     """Return the task as it is now."""
     try:
-        task: dict[str, Any] = client.get(f"/v1/tasks/{segment(task_id)}")
-    except ApiError as error:
-        if error.code != "unknown_task":
-            raise
-        text = "the engine that is there now knows nothing of it"
-        return {"status": "FAILED", "code": error.code, "reason": text, "agents": [], "actions": [], "duration_s": 0.0}
-    return task
+        found = client.detail(task_id)
+    except UnknownId as error:
+        return PlayedTask("FAILED", f"FAILED: {error.code} the engine that is there now knows nothing of it")
+    task, done = found.task, sum(action.ended_well for action in found.actions)
+    outcome = f"{task.status}: {task.code} {task.reason}".strip() if task.code else task.status
+    lasted_s = ((task.ended_at or found.at) - task.submitted_at) / 1e6
+    return PlayedTask(task.status, outcome, ", ".join(found.granted), done, lasted_s)
 
 
-def _outcome(task: dict[str, Any]) -> str:
-    return f"{task['status']}: {task['code']} {task['reason']}".strip() if task["code"] else str(task["status"])
-
-
-def _close(tasks: dict[str, dict[str, Any]], verdict: "Verdict") -> int:
+def _close(tasks: "Mapping[str, PlayedTask | None]", verdict: "Verdict") -> int:
     rows: list[tuple[str, ...]] = [("task", "agents", "actions", "duration", "outcome")]
-    for task_id, task in tasks.items():
-        done = len([action for action in task["actions"] if action["state"] == "succeeded"])
-        rows.append((task_id, ", ".join(task["agents"]), str(done), f"{task['duration_s']:.0f} s", _outcome(task)))
+    ended = {task_id: task for task_id, task in tasks.items() if task is not None}
+    rows += [
+        (task_id, task.agents, str(task.done), f"{task.lasted_s:.0f} s", task.outcome)
+        for task_id, task in ended.items()
+    ]
     print_table(rows)
     near = verdict.closest_pass
     found = f"crashes: {len(verdict.crashes)}, starts near people without clearance: {len(verdict.unsafe_starts)}"
     found += f", low flights: {len(verdict.low_flights)}"
     typer.echo(found + ("" if near is None else f", closest pass: {near.distance_m:.0f} m ({near.a}, {near.b})"))
-    show_next("formiga tasks", *(f"formiga why {task}" for task, one in tasks.items() if one["status"] == "FAILED"))
-    good = verdict.is_clean and all(task["status"] == "SUCCEEDED" for task in tasks.values())
+    show_next("formiga tasks", *(f"formiga why {task_id}" for task_id, one in ended.items() if one.status == "FAILED"))
+    good = verdict.is_clean and all(task.status == "SUCCEEDED" for task in ended.values())
     return 0 if good else EXIT_NO

@@ -5,24 +5,17 @@
 """
 
 import sys
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import (
-    JsonOption,
-    SiteOption,
-    TokenFileOption,
-    UrlOption,
-    connect,
-    print_json,
-    print_table,
-    segment,
-    show_next,
-    user,
-)
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption, TokenFileOption, UrlOption, print_table
 from formiga_bt.cli.ordering import EXIT_NO
+from formiga_bt.cli.printing import print_json, show_next, user
+from formiga_bt.client import connect
+from formiga_bt.show.facts import AgentFact, AgentList, OrderFact
+from formiga_bt.show.listed import where_words
 
 ORDERS = ("clear", "removed", "handback")
 HEARD = {"ALIVE": "yes", "SUSPECT": "suspect", "LOST": "lost"}
@@ -56,29 +49,32 @@ def command(
         raise UnusableFile("--yes-removed belongs to `formiga agents removed ID`")
     client = connect(site, url, token_file)
     if order:
-        body = {"by": user()}
-        if order == "removed":
-            body["confirmed"] = _typed(agent, yes_removed)
-        reply = client.post(f"/v1/agents/{segment(agent)}/{order}", body)
+        match order:
+            case "removed":
+                said = client.removed(agent, confirmed=_typed(agent, yes_removed), by=user())
+            case "clear":
+                said = client.clear(agent, by=user())
+            case _:
+                said = client.hand_back(agent, by=user()).text
         if as_json:
-            print_json(reply)
+            print_json({"text": said})
             return
-        typer.echo(reply["text"])
+        typer.echo(said)
         show_next("formiga agents", "formiga tasks")
         return
-    found = client.get("/v1/agents")
+    found = client.agents()
     if as_json:
         print_json(found)
         return
-    if not found["agents"]:
+    if not found.agents:
         typer.echo(f"no agents yet; they connect at {client.address.endpoint}")
         show_next("formiga up --sim starts simulated ones with the engine")
         return
-    if found["lockdown"]["on"]:
-        typer.echo(found["lockdown"]["text"])
-    print_table(
-        [("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", "HEARD", "NOTE"), *map(_row, found["agents"])]
-    )
+    if found.lockdown.on:
+        typer.echo(found.lockdown.text)
+    orders = {order.agent: order for order in found.orders}
+    rows = (_row(one, orders.get(one.id)) for one in found.agents)
+    print_table([("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", "HEARD", "NOTE"), *rows])
     show_next(*_suggestions(found))
 
 
@@ -98,51 +94,45 @@ def _typed(agent: str, yes_removed: str) -> str:
     return typed
 
 
-def _suggestions(found: dict[str, Any]) -> list[str]:
+def _suggestions(found: AgentList) -> list[str]:
     bad = [
-        f"formiga why {a['id']}" if a["quarantine"] == "double" else f"formiga agents clear {a['id']}"
-        for a in found["agents"]
-        if (a["quarantine"] or (a["rebooted"] and (a["order"] or a["task"]))) and a["liveness"] == "ALIVE"
+        f"formiga why {a.id}" if a.quarantine == "double" else f"formiga agents clear {a.id}"
+        for a in found.agents
+        if (a.quarantine or (a.rebooted and (a.order or a.task))) and a.liveness == "ALIVE"
     ]
     back = [
-        f"formiga handback {a['id']} --continue|--return|--end"
-        for a in found["agents"]
-        if a["taken"] and a["control"] == "engine"
+        f"formiga handback {a.id} --continue|--return|--end" for a in found.agents if a.taken and a.control == "engine"
     ]
-    stopped = [a for a in found["agents"] if a["order"] and a["order"]["scope"] in ("agent", "task", "all")]
-    ways = [a["next"][0] for a in stopped if a["next"][0] != "formiga agents"]
-    locked = ["formiga lockdown release"] if found["lockdown"]["on"] else []
+    stopped = [order for order in found.orders if order.scope in ("agent", "task", "all")]
+    ways = [order.next[0] for order in stopped if order.next[0] != "formiga agents"]
+    locked = ["formiga lockdown release"] if found.lockdown.on else []
     if locked:
         ways = []
     return list(dict.fromkeys([*locked, *back, *bad, *ways])) or ["formiga run TASK --follow"]
 
 
-def _row(agent: dict[str, Any]) -> tuple[str, ...]:
-    from formiga_bt.show.listed import where_words
-
-    where = agent["position"]
-    place = "" if where is None else where_words(agent["port"], where["east_m"], where["north_m"], where["up_m"])
-    state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
-    order = agent["order"]
-    notes = [] if order is None else [order["note"]]
-    notes += [
-        agent["quarantine"],
-        "started anew" if agent["rebooted"] else "",
-        agent["refused"] and f"not admitted: {agent['refused']}",
+def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
+    where = agent.at
+    place = "" if where is None else where_words(agent.port, where.east_m, where.north_m, where.up_m)
+    state = agent.pool if not agent.human else "here" if agent.at_desk else "person"
+    notes = [
+        agent.order,
+        agent.quarantine,
+        "started anew" if agent.rebooted else "",
+        agent.refused and f"not admitted: {agent.refused}",
+        "" if agent.control == "engine" else f"control: {agent.control}",
+        "waits for handback" if agent.taken and agent.control == "engine" else "",
+        agent.breach and f"breaks its limit: {agent.breach}",
     ]
-    notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
-    notes.append("waits for handback" if agent["taken"] and agent["control"] == "engine" else "")
-    notes.append(agent["breach"] and f"breaks its limit: {agent['breach'].removeprefix('!')}")
-    battery = "" if agent["battery"] is None or agent["human"] else f"{agent['battery']:.0f} %"
-    note = ", ".join(n for n in notes if n)
+    battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
     return (
-        agent["id"],
-        agent["type"],
+        agent.id,
+        agent.type,
         state,
         battery,
         place,
-        agent["task"] or (order["task"] if order is not None else ""),
-        agent["action"],
-        HEARD[agent["liveness"]],
-        note,
+        agent.task or (order.task if order is not None else ""),
+        agent.action,
+        HEARD[agent.liveness],
+        ", ".join(note for note in notes if note),
     )

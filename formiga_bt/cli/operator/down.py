@@ -3,13 +3,16 @@
 import sys
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.base.site_folder import is_running
-from formiga_bt.cli.client import Client, NoEngine, SiteOption, connect, show_next
+from formiga_bt.cli.options import SiteOption
+from formiga_bt.cli.printing import show_next
+from formiga_bt.client import Client, NoEngine, connect
+from formiga_bt.show.facts import AgentList
 
 END_S = 20.0
 
@@ -30,26 +33,25 @@ def command(
     """
     client = connect(site)
     if not (drain or yes):
-        _confirm(losses(client.get("/v1/agents")))
-    reply = client.post(f"/v1/admin/{'drain' if drain else 'stop'}")
-    typer.echo(reply["text"])
+        _confirm(losses(client.agents()))
+    typer.echo(client.drain() if drain else client.stop())
     _wait(client, drain)
     typer.echo(f"the engine of site '{client.address.site}' has ended")
     show_next("formiga up")
 
 
-def losses(found: dict[str, Any]) -> list[str]:
+def losses(found: AgentList) -> list[str]:
     """Return what is left without an engine, or forgotten, if it ends now; in lines."""
     lines = []
-    for agent in found["agents"]:
-        if not agent["human"] and agent["landed"] != "grounded":
-            doing = agent["action"] or agent["task"] or agent["quarantine"] or "nothing"
+    for agent in found.agents:
+        if not agent.human and agent.landed != "grounded":
+            doing = agent.action or agent.task or agent.quarantine or "nothing"
             lines.append(
-                f"{agent['id']} may be in the air ({doing}): it finishes the goal it has, then nobody commands it"
+                f"{agent.id} may be in the air ({doing}): it finishes the goal it has, then nobody commands it"
             )
-    if found["lockdown"]["on"]:
+    if found.lockdown.on:
         lines.append("lockdown stands: nobody keeps it until the next start, which knows it from its journal")
-    orders = [f"{a['order']['stop']} of {a['id']}" for a in found["agents"] if a["order"]]
+    orders = [f"{order.stop} of {order.agent}" for order in found.orders]
     if orders:
         lines.append(f"orders stand: nobody carries them out until the next start ({', '.join(orders)})")
     return lines
@@ -66,7 +68,7 @@ def _confirm(lines: list[str]) -> None:
     text = "\n".join(f"  {line}" for line in lines)
     if not sys.stdin.isatty():
         raise UnusableFile(
-            f"to end the engine now means\n{text}\n  help: formiga return --all first, or confirm it: --yes"
+            f"to end the engine now means\n{text}", help="formiga return --all first, or confirm it: --yes"
         )
     typer.echo(f"To end the engine now means\n{text}")
     typer.confirm("End it?", abort=True)
@@ -86,14 +88,14 @@ def _wait(client: Client, drain: bool) -> None:
                     told = left
         if time.monotonic() > until:
             raise FormigaError(
-                f"the engine (process {client.address.pid}) has not ended within {END_S:g} s\n"
-                f"  help: look at its terminal, or end its process: kill {client.address.pid}"
+                f"the engine (process {client.address.pid}) has not ended within {END_S:g} s",
+                help=f"look at its terminal, or end its process: kill {client.address.pid}",
             )
         time.sleep(0.1 if not drain else 0.4)
 
 
 def _left(client: Client) -> int:
     try:
-        return int(client.get("/v1/tasks", status="open", limit=1)["total"])
+        return client.tasks("open", 1).total
     except (NoEngine, FormigaError):
         return 0  # it is ending

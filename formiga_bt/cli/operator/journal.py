@@ -11,8 +11,9 @@ import typer
 
 from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.base.site_folder import JOURNAL, is_running
-from formiga_bt.cli.client import JsonOption, lasted, print_json, print_table
+from formiga_bt.cli.options import JsonOption, lasted, print_table
 from formiga_bt.cli.past import machine_at, moment_of, place_of, zone
+from formiga_bt.cli.printing import print_json
 
 if TYPE_CHECKING:
     from formiga_bt.cli.past import JournalAddress
@@ -217,7 +218,7 @@ def _confirm(where: str, lines: list[str]) -> None:
     """
     text = "\n".join(f"  {line}" for line in lines)
     if not sys.stdin.isatty():
-        raise UnusableFile(f"to compact {where} removes for ever\n{text}\n  help: confirm it: --yes")
+        raise UnusableFile(f"to compact {where} removes for ever\n{text}", help="confirm it: --yes")
     typer.echo(f"To compact {where} removes for ever\n{text}", err=True)
     typer.confirm("Remove it?", abort=True, err=True)
 
@@ -236,8 +237,8 @@ def _alone(place: "JournalAddress") -> Iterator["Journal"]:
     file = Path(place.where)
     is_busy = file.name == JOURNAL and is_running(file.parent)
     busy = FormigaError(
-        f"an engine writes {place.where} now; it removes by itself what is old, each hour\n"
-        "  help: to remove more, end it first: formiga down"
+        f"an engine writes {place.where} now; it removes by itself what is old, each hour",
+        help="to remove more, end it first: formiga down",
     )
     if is_busy:
         raise busy

@@ -2,28 +2,30 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final, Literal
 
 import typer
+from msgspec import Struct
 
-from formiga_bt.cli.calling import Client
-from formiga_bt.cli.client import (
-    ApiError,
-    JsonOption,
-    SiteOption,
-    TokenFileOption,
-    UrlOption,
-    connect,
-    print_json,
-    show_next,
-    user,
-)
 from formiga_bt.cli.inputs import UnusableFile, task_files
 from formiga_bt.cli.loading import load_file
+from formiga_bt.cli.options import JsonOption, SiteOption, TokenFileOption, UrlOption
+from formiga_bt.cli.printing import print_json, show_next, user
+from formiga_bt.client import ApiError, Client, connect
+from formiga_bt.show.facts import TaskLoaded
 
 EXIT_NO: Final = 1
 OF_NO_FILE: Final = (401, 403)
 """Statuses of answers that the next file would get too."""
+
+
+class FileRefused(Struct, frozen=True):
+    """A file that the engine does not serve as it is now, and why."""
+
+    file: str
+    code: str
+    text: str
+    what: Literal["refused"] = "refused"
 
 
 def command(
@@ -43,10 +45,10 @@ def command(
     client = connect(site, url, token_file)
     tasks = task_files(files)
     if len(tasks) == 1 and not as_json:
-        answers = [load_file(client, tasks[0], by=by or user(), site=site)]
+        answers: list[TaskLoaded | FileRefused] = [load_file(client, tasks[0], by=by or user(), site=site)]
     else:
         answers = [_loaded(client, file, by=by or user(), site=site, quiet=as_json) for file in tasks]
-    refused = [answer for answer in answers if answer["what"] == "refused"]
+    refused = [answer for answer in answers if isinstance(answer, FileRefused)]
     if as_json:
         print_json(answers)
     else:
@@ -55,7 +57,7 @@ def command(
         raise typer.Exit(EXIT_NO)
 
 
-def _loaded(client: Client, file: Path, *, by: str, site: Path | None, quiet: bool) -> dict[str, Any]:
+def _loaded(client: Client, file: Path, *, by: str, site: Path | None, quiet: bool) -> "TaskLoaded | FileRefused":
     """Return what an engine said of a file; of one that is refused, why: that is told at once."""
     try:
         return load_file(client, file, by=by, site=site, quiet=quiet)
@@ -63,18 +65,17 @@ def _loaded(client: Client, file: Path, *, by: str, site: Path | None, quiet: bo
         if isinstance(error, ApiError) and (error.status in OF_NO_FILE or error.status >= 500):
             raise
         print(f"formiga: {error}\n", file=sys.stderr)
-        code = error.code if isinstance(error, ApiError) else "unusable_file"
-        return {"file": str(file), "what": "refused", "code": code, "text": str(error)}
+        return FileRefused(str(file), error.code if isinstance(error, ApiError) else "unusable_file", str(error))
 
 
-def _tell(answers: list[dict[str, Any]], refused: list[dict[str, Any]]) -> None:
-    for answer in answers:
-        if answer["what"] == "same":
-            typer.echo(answer["text"], err=True)
+def _tell(answers: "list[TaskLoaded | FileRefused]", refused: list[FileRefused]) -> None:
+    taken = [answer for answer in answers if isinstance(answer, TaskLoaded)]
+    for answer in taken:
+        if answer.what == "same":
+            typer.echo(answer.text, err=True)
     if refused:
         verb = "is" if len(refused) == 1 else "are"
-        names = ", ".join(answer["file"] for answer in refused)
+        names = ", ".join(one.file for one in refused)
         typer.echo(f"{len(refused)} of {len(answers)} files {verb} not served as now written: {names}", err=True)
-    taken = [answer for answer in answers if answer["what"] != "refused"]
     if taken:
-        show_next(f"formiga run {taken[-1]['task']}", "formiga tasks --library")
+        show_next(f"formiga run {taken[-1].task}", "formiga tasks --library")

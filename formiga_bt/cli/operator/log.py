@@ -65,7 +65,7 @@ def _folder(site: Path | None) -> Path:
         return found[0]
     if found:
         raise FormigaError(
-            f"several sites were run here: {', '.join(f.name for f in found)}\n"
-            "  help: choose one: FORMIGA_SITE=NAME formiga log export"
+            f"several sites were run here: {', '.join(f.name for f in found)}",
+            help="choose one: FORMIGA_SITE=NAME formiga log export",
         )
-    raise FormigaError("no site was run here, so that there is no flight log\n  help: name its file: --site FILE")
+    raise FormigaError("no site was run here, so that there is no flight log", help="name its file: --site FILE")

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from formiga_bt.base.errors import UnusableFile
-from formiga_bt.cli.client import JsonOption, print_json, print_table
+from formiga_bt.cli.options import JsonOption, print_table
 from formiga_bt.cli.past import AtOption, JournalOption, machine_of, moment_of, report_end, zone
+from formiga_bt.cli.printing import print_json
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine

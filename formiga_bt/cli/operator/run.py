@@ -5,26 +5,19 @@ import sys
 import time
 import uuid
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
-from formiga_bt.cli.client import (
-    ApiError,
-    Client,
-    JsonOption,
-    SiteOption,
-    connect,
-    interrupts,
-    print_json,
-    segment,
-    show_next,
-    user,
-)
 from formiga_bt.cli.loading import is_file_word, load_file
 from formiga_bt.cli.operator.inbox import answer_command
-from formiga_bt.cli.operator.why import OVER, in_words
+from formiga_bt.cli.operator.why import OVER
+from formiga_bt.cli.options import JsonOption, SiteOption, interrupts
 from formiga_bt.cli.params import ProfileOption, of_profile_by_name, read_params
+from formiga_bt.cli.printing import print_json, show_next, user
+from formiga_bt.client import ApiError, Client, connect
+from formiga_bt.show.facts import EventFact, TaskDetail, TaskLoaded
+from formiga_bt.show.why import text
 
 WHY_AFTER_S = 5.0
 EXIT_INTERRUPTED = 130
@@ -60,16 +53,24 @@ def command(
     """
     params = read_params(param or [])
     client = connect(site)
-    loaded: dict[str, Any] = {}
+    loaded: TaskLoaded | None = None
     file = task if is_file_word(task) else ""
     if file:
         loaded = load_file(client, Path(file), by=by or user(), site=site, quiet=as_json)
-        task = loaded["task"]
+        task = loaded.task
     if profile:
-        params |= of_profile_by_name(profile, task, params, client.get("/v1/library")["tasks"])
-    body: dict[str, Any] = {"task": task, "params": params, "priority": _priority(priority), "by": by or user()}
-    body |= _duration("wait_s", wait, "--wait") | _duration("expires_s", expires, "--expires")
-    task_id = _requested(client, {**body, "bundle": loaded["bundle"]} if loaded else body, file)
+        params |= of_profile_by_name(profile, task, params, client.library().tasks)
+    bundle = loaded.bundle if loaded is not None else ""
+    wait_s, expires_s = _duration(wait, "--wait"), _duration(expires, "--expires")
+    try:
+        task_id = client.request(
+            task, params, priority=_priority(priority), by=by or user(), bundle=bundle,
+            wait_s=wait_s, expires_s=expires_s, key=uuid.uuid4().hex,
+        )  # fmt: skip
+    except ApiError as error:
+        if error.code == "not_approved" and file:
+            show_next(f"formiga approve {file} --by NAME")
+        raise
     if not follow:
         if as_json:
             print_json({"id": task_id})
@@ -78,36 +79,27 @@ def command(
             show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")
         return
     interrupted = _Follow(client, task_id, by or user(), quiet=as_json).run()
-    end = client.get(f"/v1/tasks/{segment(task_id)}")
+    end = client.detail(task_id)
     if as_json:
         print_json(end)
     else:
         _closing(end)
     if interrupted:
         raise typer.Exit(EXIT_INTERRUPTED)
-    if end["status"] != "SUCCEEDED":
+    if end.task.status != "SUCCEEDED":
         raise typer.Exit(1)
 
 
-def _requested(client: Client, body: dict[str, Any], file: str) -> str:
-    try:
-        return str(client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"])
-    except ApiError as error:
-        if error.code == "not_approved" and file:
-            show_next(f"formiga approve {file} --by NAME")
-        raise
-
-
-def _duration(key: str, text: str, option: str) -> dict[str, float]:
-    """Return the key with a duration in seconds, or nothing if none was given."""
+def _duration(text: str, option: str) -> float | None:
+    """Return a duration in seconds, or None if none was given."""
     if not text:
-        return {}
+        return None
     from formiga_bt.base.units import parse_quantity
 
     found = parse_quantity(text.strip())
     if found is None or found[0] != "duration" or found[1] < 0.0:
         raise typer.BadParameter(f"'{text}' is no duration: 30 s, '10 min', 2h", param_hint=option)
-    return {key: found[1]}
+    return found[1]
 
 
 def _priority(word: str) -> Literal["low", "medium", "high"] | None:
@@ -125,7 +117,6 @@ class _Follow:
         self._quiet = quiet
         self._is_terminal = sys.stdout.isatty() and not quiet
         self._task = task_id
-        self._path = f"/v1/tasks/{segment(task_id)}"
         self._waits_since = time.monotonic()
         self._told = False
         self._began: int | None = None
@@ -140,21 +131,21 @@ class _Follow:
     def _watch(self) -> bool:
         with interrupts() as seen:
             aborted = False
-            task = self._client.get(self._path)
-            self._began = task["unix_millis_submitted"]
-            self._say(f"{self._task} {task['status']}")
-            if task["status"] in OVER:
+            task = self._client.detail(self._task).task
+            self._began = task.submitted_at
+            self._say(f"{self._task} {task.status}")
+            if task.status in OVER:
                 return False
             # From its beginning: what happened between the request and this line is not missed.
             for event in self._client.events(after=f"{self._client.address.epoch}.0", task=self._task):
                 if seen and not aborted:
                     aborted = True
                     self._abort()
-                if event.type and event.type != "gap":
-                    self._print(event.data)
-                elif not event.type:
+                if event is None:
                     self._show_progress()
-                if event.data.get("section") == "done" or (event.type in ("", "gap") and self._is_over()):
+                elif event.type != "gap":
+                    self._print(event)
+                if self._is_over() if event is None or event.type == "gap" else event.section == "done":
                     return aborted
                 self._explain()
             return aborted
@@ -167,10 +158,11 @@ class _Follow:
     def _show_progress(self) -> None:
         """Show in one line, redrawn in place, what goes on just now; for terminals only."""
         if self._is_terminal:
-            task = self._client.get(self._path)
-            doing = ", ".join(f"{g['agent']} {g['action']} {g['phase']}".rstrip() for g in task["goals"])
-            held = f" HELD ({', '.join(task['held'])})" if task["held"] else ""
-            self._progress(f"{task['duration_s']:8.1f} s  {task['status']}{held}  {doing}")
+            found = self._client.detail(self._task)
+            task = found.task
+            doing = ", ".join(f"{g.agent} {g.action} {g.phase}".rstrip() for g in found.goals)
+            held = f" HELD ({', '.join(task.held)})" if task.held else ""
+            self._progress(f"{_lasted_s(found):8.1f} s  {task.status}{held}  {doing}")
 
     def _progress(self, text: str) -> None:
         if self._is_terminal:
@@ -179,51 +171,55 @@ class _Follow:
             sys.stdout.flush()
 
     def _is_over(self) -> bool:
-        return self._client.get(self._path)["status"] in OVER
+        return self._client.detail(self._task).task.status in OVER
 
     def _abort(self) -> None:
         self._say(f"aborting {self._task}; waiting until its machines are home. Ctrl-C again: stop watching")
         try:
-            self._client.post(f"{self._path}/abort", {"by": self._by})
+            self._client.abort(self._task, by=self._by)
         except ApiError as error:
             self._say(str(error))
 
-    def _print(self, data: dict[str, Any]) -> None:
-        if data["type"] == "task" and data.get("status") == "ASSIGNED":
+    def _print(self, event: EventFact) -> None:
+        if event.type == "task" and event.status == "ASSIGNED":
             self._told = True  # it got its agents
-        if not _telling(data):
+        if not _telling(event):
             return
-        at = (data["unix_millis"] - (self._began or 0)) / 1000
-        mark = "ALARM " if data["type"] == "alarm" else ""
-        self._say(f"{at:8.1f} s  {mark}{data['text']}")
-        if data["type"] == "question" and data.get("state") == "open":
-            for question in self._client.get("/v1/inbox")["questions"]:
-                if question["number"] == data["question"] and question["here"]:
-                    self._say(f"            answer: {answer_command(question, '|'.join(question['options']))}")
+        at = (event.at - (self._began or 0)) / 1e6
+        mark = "ALARM " if event.type == "alarm" else ""
+        self._say(f"{at:8.1f} s  {mark}{event.text}")
+        if event.type == "question" and event.state == "open":
+            for question in self._client.questions().questions:
+                if question.number == event.question and question.here:
+                    self._say(f"            answer: {answer_command(question, '|'.join(question.options))}")
         sys.stdout.flush()
 
     def _explain(self) -> None:
         if not self._told and time.monotonic() - self._waits_since > WHY_AFTER_S:
             self._told = True
-            self._say(in_words(self._client.get(f"{self._path}/why")))
+            self._say(text.in_words(*self._client.why(self._task)))
 
 
-def _telling(data: dict[str, Any]) -> bool:
+def _telling(event: EventFact) -> bool:
     """Return whether an event is worth a line."""
-    if data["type"] == "task":
-        return data["section"] != "done" and data["status"] not in ("PENDING", "ASSIGNED")
-    if data["type"] == "goal":
-        return data["state"] not in ("sent", "accepted") and bool(data["state"] != "gated" or data["code"])
-    if data["type"] == "agent":
-        return (
-            data["pool"] in ("QUARANTINED", "PARKED_AWAY") or data["control"] != "engine" or data["liveness"] != "ALIVE"
-        )
+    if event.type == "task":
+        return event.section != "done" and event.status not in ("PENDING", "ASSIGNED")
+    if event.type == "goal":
+        return event.state not in ("sent", "accepted") and bool(event.state != "gated" or event.code)
+    if event.type == "agent":
+        return event.pool in ("QUARANTINED", "PARKED_AWAY") or event.control != "engine" or event.liveness != "ALIVE"
     return True
 
 
-def _closing(end: dict[str, Any]) -> None:
-    why = f": {end['code']} {end['reason']}".rstrip() if end["code"] else ""
-    done = sum(action["state"] == "succeeded" for action in end["actions"])
-    agents = ", ".join(end["agents"]) or "nobody"
-    typer.echo(f"{end['id']} {end['status']} after {end['duration_s']:.0f} s, {done} actions by {agents}{why}")
-    show_next("formiga tasks" if end["status"] == "SUCCEEDED" else f"formiga why {end['id']}")
+def _lasted_s(found: TaskDetail) -> float:
+    """Return how long a task lasts, or lasted, in seconds of engine time."""
+    return ((found.at if found.task.ended_at is None else found.task.ended_at) - found.task.submitted_at) / 1e6
+
+
+def _closing(end: TaskDetail) -> None:
+    task = end.task
+    why = f": {task.code} {task.reason}".rstrip() if task.code else ""
+    done = sum(action.ended_well for action in end.actions)
+    agents = ", ".join(end.granted) or "nobody"
+    typer.echo(f"{task.id} {task.status} after {_lasted_s(end):.0f} s, {done} actions by {agents}{why}")
+    show_next("formiga tasks" if task.status == "SUCCEEDED" else f"formiga why {task.id}")

@@ -35,7 +35,7 @@ def command(
     n counts what ended well, failed what did not. Examples: formiga stats; formiga stats PickUp --hours 8 -o day.csv
     """
     if out is not None and out.suffix.lower() != ".csv":
-        raise UnusableFile(f"cannot tell what {out} shall be\n  help: say a name that ends in .csv")
+        raise UnusableFile(f"cannot tell what {out} shall be", help="say a name that ends in .csv")
     from formiga_bt.cli.past import source_of
     from formiga_bt.show.stats import as_csv, is_empty
 

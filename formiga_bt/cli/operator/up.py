@@ -11,9 +11,9 @@ import typer
 
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.site_folder import SiteFolder, check_free
+from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo, read_world, rendered
 from formiga_bt.cli.operator.library import check_options, read_library, warn_of_waits
-from formiga_bt.cli.visible import visible
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -154,7 +154,7 @@ def site_world(actions: list[Path], site: Path) -> CheckWorld:
     """
     if not site.exists() and not is_demo(site):
         raise UnusableFile(
-            f"there is no {site}\n  help: make a site with `formiga init`, or name its file: formiga up --site FILE"
+            f"there is no {site}", help="make a site with `formiga init`, or name its file: formiga up --site FILE"
         )
     world = read_world(actions, site)
     errors = [d for d in world.diagnostics if d.severity == "error"]

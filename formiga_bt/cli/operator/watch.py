@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from formiga_bt.cli.calling import ApiError, NoEngine, connect, following, segment, user
-from formiga_bt.cli.client import SiteOption, TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import SiteOption, TokenFileOption, UrlOption
 from formiga_bt.cli.order_words import in_words
 from formiga_bt.cli.ordering import ByOption
 from formiga_bt.cli.past import AtOption, JournalOption, is_past, source_of
+from formiga_bt.cli.printing import following, user
+from formiga_bt.client import ApiError, Client, NoEngine, connect
 from formiga_bt.show.watch.orders import WatchOrder, WatchReply
 
 if TYPE_CHECKING:
-    from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+    from formiga_bt.show.facts import Because, Chart, Now, OrderReply, Stats, TaskPicture, Timeline
     from formiga_bt.show.source import Source
 
 
@@ -95,7 +96,7 @@ class HttpSource:
 
     def _source(self) -> "Source":
         if self._found is None:
-            from formiga_bt.cli.remote import connect_source
+            from formiga_bt.cli.options import connect_source
 
             self._found = connect_source(*self._place)
         return self._found
@@ -150,35 +151,35 @@ class RemoteOrders:
         Raises:
             NoEngine: it does not answer.
         """
-        client = connect(*self._place)
-        path, body = call_of(order, self._by)
         try:
-            reply = client.post(path, body)
+            reply = carry(connect(*self._place), order, self._by)
         except ApiError as error:
             return WatchReply(f"REFUSED: {error}", good=False)
-        if "ordered" not in reply:
-            return WatchReply(reply["text"])
-        missed = any(one["may_be_airborne"] for one in reply["skipped"])
+        if isinstance(reply, str):
+            return WatchReply(reply)
+        missed = any(one.may_be_airborne for one in reply.skipped)
         said = in_words(reply)
-        then = following(reply["next"], said)
+        then = following(reply.next, said)
         return WatchReply(said + (f"\nnext: {then}" if then else ""), good=not missed)
 
 
-def call_of(order: WatchOrder, by: str) -> tuple[str, dict[str, Any]]:
-    """Return the path and the body that carry an order."""
-    target = segment(order.target)
+def carry(client: Client, order: WatchOrder, by: str) -> "OrderReply | str":
+    """Give an order to the engine, and return what it says."""
     match order.verb:
         case "answer":
-            return f"/v1/inbox/{target}/answer", {"option": order.how, "by": order.by}
+            return client.answer(order.target, order.how, by=order.by)
         case "abort":
-            return f"/v1/tasks/{target}/abort", {"how": "", "confirmed": False, "by": by}
+            return client.abort(order.target, by=by)
         case "handback":
-            return f"/v1/agents/{target}/handback", {"how": order.how, "by": by}
+            return client.hand_back(order.target, order.how, by=by)
         case "clear":
-            return f"/v1/agents/{target}/clear", {"by": by}
+            return client.clear(order.target, by=by)
         case "lockdown" | "release":
-            return "/v1/lockdown", {"how": "return" if order.verb == "lockdown" else "release", "by": by}
-        case "cut":
-            return f"/v1/agents/{target}/orders", {"order": "cut", "by": by, "confirmed": order.confirmed}
-    room = {"agent": f"/v1/agents/{target}/orders", "task": f"/v1/tasks/{target}/orders"}.get(order.kind, "/v1/orders")
-    return room, {"order": order.verb, "by": by}
+            return client.lock_down("return" if order.verb == "lockdown" else "release", by=by)
+    match order.kind:
+        case "agent":
+            return client.order_agent(order.target, order.verb, by=by, confirmed=order.confirmed)
+        case "task":
+            return client.order_task(order.target, order.verb, by=by)
+        case _:
+            return client.order_all(order.verb, by=by)

@@ -5,9 +5,11 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, segment, show_next, user
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.ordering import ByOption
+from formiga_bt.cli.printing import print_json, show_next, user
+from formiga_bt.client import connect
 
 
 def command(
@@ -26,16 +28,16 @@ def command(
         raise UnusableFile("--now and --abandon exclude each other")
     client = connect(site)
     if abandon and not yes:
-        agents = ", ".join(client.get(f"/v1/tasks/{segment(task)}")["agents"]) or "no agents"
+        agents = ", ".join(client.detail(task).task.agents) or "no agents"
         if not sys.stdin.isatty():
             raise UnusableFile(f"--abandon leaves {agents} where they are, also in the air; confirm it with --yes")
         typer.confirm(
             f"{agents} will stay where they are, also in the air, until you clear them. Abandon {task}?", abort=True
         )
     how = "now" if now else "abandon" if abandon else ""
-    reply = client.post(f"/v1/tasks/{segment(task)}/abort", {"how": how, "confirmed": abandon, "by": by or user()})
+    said = client.abort(task, how, by=by or user(), confirmed=abandon)
     if as_json:
-        print_json(reply)
+        print_json({"text": said})
         return
-    typer.echo(reply["text"])
+    typer.echo(said)
     show_next("formiga agents" if abandon else "formiga tasks", f"formiga why {task}")

@@ -20,8 +20,9 @@ from formiga_bt.base.person_secrets import (
 )
 from formiga_bt.base.person_secrets import command as command_for
 from formiga_bt.base.site_folder import FOLDER
-from formiga_bt.cli.client import JsonOption, print_json, print_table, show_next
 from formiga_bt.cli.inputs import UnusableFile, is_demo, read_world, rendered
+from formiga_bt.cli.options import JsonOption, print_table
+from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.cli.proving import new_secret, own_secret
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def command(
 
 def _site(file: Path) -> "Site":
     if not file.exists():
-        raise UnusableFile(f"there is no {file}\n  help: name the site's file: formiga access ... --site FILE")
+        raise UnusableFile(f"there is no {file}", help="name the site's file: formiga access ... --site FILE")
     world = read_world([], file)
     errors = [d for d in world.diagnostics if d.severity == "error"]
     if errors or world.site is None:
@@ -100,7 +101,7 @@ def _set(folder: Path, person: str, *, reset: bool) -> None:
     present = read_secrets(folder).get(person)
     if present is not None and not reset and not present.fits(own_secret(person, "Present secret of")):
         help_ = f"forgotten? The owner of the files: {command_for(person)} --reset"
-        raise FormigaError(f"{wrong(person)}\n  help: {help_}")
+        raise FormigaError(f"{wrong(person)}", help=f"{help_}")
     new = hashed(new_secret(person))
     with changing(folder):
         if read_secrets(folder).get(person) != present and not reset:

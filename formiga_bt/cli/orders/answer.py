@@ -4,7 +4,9 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, segment, show_next
+from formiga_bt.cli.options import JsonOption, SiteOption
+from formiga_bt.cli.printing import print_json, show_next
+from formiga_bt.client import connect
 
 
 def command(
@@ -15,9 +17,9 @@ def command(
     site: SiteOption = None,
 ) -> None:
     """Answer a question that people at this engine's desk are asked (`formiga up --desk`)."""
-    reply = connect(site).post(f"/v1/inbox/{segment(number)}/answer", {"option": option, "by": by})
+    said = connect(site).answer(number, option, by=by)
     if as_json:
-        print_json(reply)
+        print_json({"text": said})
         return
-    typer.echo(reply["text"])
+    typer.echo(said)
     show_next("formiga inbox", "formiga tasks")

@@ -16,7 +16,6 @@ import typer
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
 from formiga_bt.base.site_folder import FOLDER, SiteFolder, is_running
-from formiga_bt.cli.client import Client, connect, print_json, print_table, show_next
 from formiga_bt.cli.inputs import (
     CheckWorld,
     UnusableFile,
@@ -27,11 +26,15 @@ from formiga_bt.cli.inputs import (
     rendered,
     task_files,
 )
+from formiga_bt.cli.options import print_table
+from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.cli.proving import as_header, check_secret, own_secret
+from formiga_bt.client import Client, connect
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
 from formiga_bt.safety.drafted import Drafted
 from formiga_bt.services.kept.drafted import known_below, texts_of, who_drafted
 from formiga_bt.show.clean import cleaned
+from formiga_bt.show.facts import OrderDone
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Site, Task
@@ -59,7 +62,7 @@ def command(
     a language model wrote also by another than who had it written.
     """
     if not site.exists():
-        raise UnusableFile(f"there is no {site}\n  help: name the site's file: formiga approve ... --site FILE")
+        raise UnusableFile(f"there is no {site}", help="name the site's file: formiga approve ... --site FILE")
     world = read_world(actions or [], site)
     errors = [d for d in world.diagnostics if d.severity == "error"]
     if errors or world.site is None:
@@ -85,7 +88,7 @@ def command(
     secret = own_secret(by)
     with _keeper(runtime, site, world.site.name) as client:
         said = (
-            client.post("/v1/approvals", body, headers=as_header(secret))["text"]
+            client.post(OrderDone, "/v1/approvals", body, headers=as_header(secret)).text
             if client is not None
             else _keep(runtime, body, secret)
         )
@@ -173,7 +176,7 @@ def _task(word: str, site: Path, world: CheckWorld) -> "Task":
             if read.task.name == word:
                 return read.task
             names.append(read.task.name)
-    raise UnusableFile(f"there is no task '{word}'\n  help: one of {', '.join(sorted(set(names)))}, or a file")
+    raise UnusableFile(f"there is no task '{word}'", help=f"one of {', '.join(sorted(set(names)))}, or a file")
 
 
 def summary(task: "Task", world: CheckWorld, digest: str, wrote: Drafted | None = None) -> list[str]:
@@ -236,7 +239,7 @@ def _show_list(runtime: Path, site: Path, *, as_json: bool) -> None:
 
     given = standing(runtime)
     if as_json:
-        print_json([{"digest": g.digest, "task": g.task, "by": g.by, "at": utc(g.at)} for g in given])
+        print_json(given)
         return
     if not given:
         typer.echo(f"nothing is approved on the site of {site}")

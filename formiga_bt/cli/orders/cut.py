@@ -5,9 +5,11 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, segment, user
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.ordering import EXIT_NO, ByOption, tell
+from formiga_bt.cli.printing import user
+from formiga_bt.client import connect
 
 
 def command(
@@ -39,5 +41,4 @@ def command(
             raise UnusableFile(f"--yes-cut says {yes_cut}, the order is for {agent}; nothing was done")
         typer.echo(f"that is not {agent}; nothing was done", err=True)
         raise typer.Exit(EXIT_NO)
-    body = {"order": "cut", "by": by or user(), "confirmed": typed}
-    tell(client.post(f"/v1/agents/{segment(agent)}/orders", body), as_json=as_json)
+    tell(client.order_agent(agent, "cut", by=by or user(), confirmed=typed), as_json=as_json)

@@ -4,8 +4,11 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next, user
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption, print_table
+from formiga_bt.cli.printing import print_json, show_next, user
+from formiga_bt.client import connect, segment
+from formiga_bt.show.facts import OrderDone, PilotList
 
 
 def command(
@@ -26,36 +29,31 @@ def command(
     if (pilot and word not in ("on", "off")) or (not pilot and not listed):
         raise UnusableFile("say formiga duty PILOT on, formiga duty PILOT off, or formiga duty --list")
     client = connect(site)
+    found = client.get(PilotList, "/v1/pilots")
     if pilot:
         headers = {}
-        if client.get("/v1/pilots")["mode"] == "real":
+        if found.mode == "real":
             from formiga_bt.cli.proving import secret_header
 
             headers = secret_header(pilot)
         body = {"on": word == "on", "by": user()}
-        reply = client.post(f"/v1/pilots/{segment(pilot)}/duty", body, headers=headers)
+        said = client.post(OrderDone, f"/v1/pilots/{segment(pilot)}/duty", body, headers=headers)
         if as_json:
-            print_json(reply)
+            print_json(said)
             return
-        typer.echo(reply["text"])
+        typer.echo(said.text)
         show_next("formiga duty --list", "formiga tasks")
         return
-    found = client.get("/v1/pilots")
     if as_json:
         print_json(found)
         return
-    if not found["pilots"]:
+    if not found.pilots:
         typer.echo("the site file names no pilots")
         return
     rows = [
-        (
-            p["pilot"],
-            "on" if p["on"] else "off",
-            f"{len(p['machines'])} of {p['max_airborne']}",
-            ", ".join(p["machines"]),
-        )
-        for p in found["pilots"]
+        (p.pilot, "off" if p.since is None else "on", f"{len(p.machines)} of {p.max_airborne}", ", ".join(p.machines))
+        for p in found.pilots
     ]
     print_table([("PILOT", "DUTY", "MACHINES", "WHICH"), *rows])
-    if found["mode"] != "real":
-        typer.echo(f"the site is in mode {found['mode']}: machines fly without a pilot's name")
+    if found.mode != "real":
+        typer.echo(f"the site is in mode {found.mode}: machines fly without a pilot's name")

@@ -4,8 +4,10 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, segment, show_next
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.params import read_params
+from formiga_bt.cli.printing import print_json, show_next
+from formiga_bt.client import connect
 
 
 def command(
@@ -22,10 +24,9 @@ def command(
 
     Example: formiga event picker_1 sos
     """
-    body = {"event": event, "fields": read_params(field or [])}
-    reply = connect(site).post(f"/v1/agents/{segment(agent)}/events", body)
+    said = connect(site).report_event(agent, event, read_params(field or []))
     if as_json:
-        print_json(reply)
+        print_json({"text": said})
         return
-    typer.echo(reply["text"])
+    typer.echo(said)
     show_next("formiga tasks", "formiga inbox")

@@ -4,9 +4,11 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, segment, user
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.ordering import ByOption, tell
+from formiga_bt.cli.printing import user
+from formiga_bt.client import connect
 
 
 def command(
@@ -25,5 +27,4 @@ def command(
     chosen = [how for how, given in (("continue", continue_), ("return", return_), ("end", end)) if given]
     if len(chosen) != 1:
         raise UnusableFile(f"say what becomes of its task: formiga handback {agent} --continue, --return or --end")
-    body = {"how": chosen[0], "by": by or user()}
-    tell(connect(site).post(f"/v1/agents/{segment(agent)}/handback", body), as_json=as_json)
+    tell(connect(site).hand_back(agent, chosen[0], by=by or user()), as_json=as_json)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from formiga_bt.base.errors import FormigaError, UnusableFile
-from formiga_bt.cli.calling import connect
 from formiga_bt.cli.order_words import give_order, lock_down
+from formiga_bt.client import connect
 
 ORDERS: Final = ("hold", "return", "land", "continue")
 LOCKDOWN: Final = "lockdown"

@@ -1,7 +1,8 @@
 """`formiga land`: machines land where they are."""
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.ordering import AllOption, ByOption, TargetArgument, give
+from formiga_bt.client import connect
 
 
 def command(

@@ -4,10 +4,12 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, show_next
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.order_words import lock_down
 from formiga_bt.cli.ordering import ByOption, leave
+from formiga_bt.cli.printing import print_json, show_next
+from formiga_bt.client import connect
 
 WORDS = ("", "release", "status")
 
@@ -38,12 +40,12 @@ def command(
         raise UnusableFile("say one of: formiga lockdown --hold, --return, --land; formiga lockdown release")
     client = connect(site)
     if word == "status":
-        found = client.get("/v1/lockdown")
+        found = client.lockdown()
         if as_json:
             print_json(found)
             return
-        typer.echo(found["text"] or "no lockdown stands")
-        show_next("formiga lockdown release" if found["on"] else "formiga tasks")
+        typer.echo(found.text or "no lockdown stands")
+        show_next("formiga lockdown release" if found.on else "formiga tasks")
         return
     how = word or (chosen[0] if chosen else "return")
     leave(lock_down(client, how, by=by, as_json=as_json))

@@ -1,10 +1,13 @@
 """`formiga preflight`: whether machines are ready to fly."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next
+from formiga_bt.cli.options import JsonOption, SiteOption, print_table
+from formiga_bt.cli.printing import print_json, show_next
+from formiga_bt.client import connect
+from formiga_bt.show.facts import PreflightFact
 
 EXIT_NO = 1
 
@@ -22,8 +25,8 @@ def command(
     Example: formiga preflight hwd_1
     """
     client = connect(site)
-    names = [agent] if agent else [a["id"] for a in client.get("/v1/agents")["agents"] if not a["human"]]
-    found = [client.get(f"/v1/agents/{segment(name)}/preflight") for name in names]
+    names = [agent] if agent else [one.id for one in client.agents().agents if not one.human]
+    found = [client.preflight(name) for name in names]
     if as_json:
         print_json(found[0] if agent else {"agents": found})
     elif not found:
@@ -31,17 +34,17 @@ def command(
     else:
         print_table([("AGENT", "CHECK", "OK", "TEXT"), *(row for one in found for row in _rows(one))])
         for one in found:
-            if one["airborne"]:
-                typer.echo(one["text"])
-        bad = [one["agent"] for one in found if not one["ok"] and not one["airborne"]]
-        if found[0]["required"] and bad:
+            if one.airborne:
+                typer.echo(one.text)
+        bad = [one.agent for one in found if not one.ok and not one.airborne]
+        if found[0].required and bad:
             typer.echo(f"this site grants no machine that is not ready: {', '.join(bad)}")
         show_next("formiga agents")
-    if any(not one["ok"] and not one["airborne"] for one in found):
+    if any(not one.ok and not one.airborne for one in found):
         raise typer.Exit(EXIT_NO)
 
 
-def _rows(found: dict[str, Any]) -> list[tuple[str, ...]]:
-    if not found["checks"]:
-        return [(found["agent"], "", "?", "told no checks" + (": not on the ground" if found["airborne"] else " yet"))]
-    return [(found["agent"], one["check"], "ok" if one["ok"] else "NO", one["text"]) for one in found["checks"]]
+def _rows(found: PreflightFact) -> list[tuple[str, ...]]:
+    if not found.checks:
+        return [(found.agent, "", "?", "told no checks" + (": not on the ground" if found.airborne else " yet"))]
+    return [(found.agent, one.check, "ok" if one.ok else "NO", one.text) for one in found.checks]

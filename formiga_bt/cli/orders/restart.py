@@ -4,8 +4,10 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, segment, user
+from formiga_bt.cli.options import JsonOption, SiteOption
 from formiga_bt.cli.ordering import ByOption, tell
+from formiga_bt.cli.printing import user
+from formiga_bt.client import connect
 
 
 def command(
@@ -18,5 +20,4 @@ def command(
 
     For a task that cannot be continued. It keeps its id and what it was requested with. Example: formiga restart PickUp-12
     """
-    body = {"order": "restart", "by": by or user()}
-    tell(connect(site).post(f"/v1/tasks/{segment(task)}/orders", body), as_json=as_json)
+    tell(connect(site).order_task(task, "restart", by=by or user()), as_json=as_json)

@@ -93,13 +93,13 @@ def named(environment: Mapping[str, str], mode: str) -> Failpoint | None:
     point, _, number = text.partition(":")
     if point not in POINTS:
         known = "\n".join(f"    {name:<14} {what}" for name, what in POINTS.items())
-        raise SiteError(f"{VARIABLE}={text}: there is no point {point!r}\n  help: one of\n{known}")
+        raise SiteError(f"{VARIABLE}={text}: there is no point {point!r}", help=f"one of\n{known}")
     if number and not (number.isascii() and number.isdigit() and int(number)):
-        raise SiteError(f"{VARIABLE}={text}: {number!r} is no number from 1\n  help: {VARIABLE}={point}:17")
+        raise SiteError(f"{VARIABLE}={text}: {number!r} is no number from 1", help=f"{VARIABLE}={point}:17")
     if mode == "real":
         raise SiteError(
-            f"{VARIABLE} kills the engine, and this site is in mode real; nothing was started\n"
-            f"  help: unset {VARIABLE}; failpoints are for sites in mode simulation"
+            f"{VARIABLE} kills the engine, and this site is in mode real; nothing was started",
+            help=f"unset {VARIABLE}; failpoints are for sites in mode simulation",
         )
     return Failpoint(point, int(number or 1))
 

@@ -2,36 +2,33 @@
 
 from collections.abc import Mapping
 
+from msgspec.structs import replace
+
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import Catalogue, Expr, FieldSpec, Param, Role, Task
 from formiga_bt.lang.types import Type
 from formiga_bt.llm.mcp.ground import ServedSite
 from formiga_bt.llm.mcp.outside import NOTICE, all_cleaned
-from formiga_bt.llm.mcp.records import ActionOut, ActionsOut, AgentOut, AgentsOut, FieldOut, TaskOut, TasksOut
-from formiga_bt.show.facts import AgentFact
-from formiga_bt.show.listed import natural, where_words
+from formiga_bt.llm.mcp.records import ActionsOut, CatalogueAction, ListedAgent, ListedAgents, OfferedTask, OfferedTasks
+from formiga_bt.show.facts import AgentFact, ParamFact
+from formiga_bt.show.listed import natural, param_fact
 
 
-def agents(ground: ServedSite, engine: str, live: Mapping[str, AgentFact]) -> AgentsOut:
+def agents(ground: ServedSite, engine: str, live: Mapping[str, AgentFact]) -> ListedAgents:
     """Return the site's fleet; what is heard of each now, if an engine runs."""
     site, types = ground.site, ground.catalogue.types
     running = engine == "running"
     found = {}
     for one in site.agents.values():
         human = one.type in types and types[one.type].human
-        found[one.id] = AgentOut(one.id, one.type, "person" if human else "machine", one.home)
+        found[one.id] = ListedAgent(one.id, one.type, "person" if human else "machine", one.home)
     for fact in live.values():
-        listed = found.setdefault(fact.id, AgentOut(fact.id, fact.type, "person" if fact.human else "machine"))
-        listed.home = fact.home or listed.home
-        listed.battery_percent = None if fact.battery is None else round(fact.battery, 1)
-        at = fact.at
-        listed.at = "" if at is None else where_words(fact.port, at.east_m, at.north_m, at.up_m)
-        listed.pool, listed.task, listed.action = fact.pool, fact.task, fact.action
-        listed.needs = "; ".join(word for word in (fact.order, fact.breach, fact.quarantine, fact.refused) if word)
+        listed = found.setdefault(fact.id, ListedAgent(fact.id, fact.type, "person" if fact.human else "machine"))
+        listed.home, listed.now = fact.home or listed.home, fact
     if running:
         for one_id, agent in found.items():
             agent.here = one_id in live
-    told = AgentsOut(
+    told = ListedAgents(
         site=site.name,
         mode=site.mode,
         engine=engine,
@@ -57,7 +54,7 @@ def actions(catalogue: Catalogue, agent_type: str = "") -> ActionsOut:
     }
     wanted = by_type.get(agent_type, set()) if agent_type else set(catalogue.actions)
     found = [
-        ActionOut(
+        CatalogueAction(
             name=spec.name,
             help=spec.help,
             agent_types=[name for name, has in by_type.items() if spec.name in has],
@@ -72,15 +69,15 @@ def actions(catalogue: Catalogue, agent_type: str = "") -> ActionsOut:
     return ActionsOut(found, {name: list(type_.extends) for name, type_ in catalogue.types.items()})
 
 
-def _field(spec: FieldSpec) -> FieldOut:
-    return FieldOut(
-        spec.name,
-        str(spec.type),
-        spec.default is None and not spec.optional,
-        _source(spec.default),
-        _amount(spec.type, spec.min),
-        _amount(spec.type, spec.max),
-        spec.help,
+def _field(spec: FieldSpec) -> ParamFact:
+    return ParamFact(
+        name=spec.name,
+        type=str(spec.type),
+        required=spec.default is None and not spec.optional,
+        default=_source(spec.default),
+        least=_amount(spec.type, spec.min),
+        most=_amount(spec.type, spec.max),
+        help=spec.help,
     )
 
 
@@ -97,7 +94,7 @@ def _source(expr: Expr | None) -> str:
     return expr.source if expr is not None else ""
 
 
-def tasks(ground: ServedSite, find: str = "") -> TasksOut:
+def tasks(ground: ServedSite, find: str = "") -> OfferedTasks:
     """Return the tasks that can be requested; those with errors are left out."""
     found = []
     for path in dict.fromkeys(ground.tasks.values()):
@@ -106,11 +103,11 @@ def tasks(ground: ServedSite, find: str = "") -> TasksOut:
             continue
         own = ground.own is not None and path.is_relative_to(ground.roots[0])
         found.append(_task(task, own=own))
-    return TasksOut(found)
+    return OfferedTasks(found)
 
 
-def _task(task: Task, *, own: bool) -> TaskOut:
-    return TaskOut(
+def _task(task: Task, *, own: bool) -> OfferedTask:
+    return OfferedTask(
         task=task.name,
         description=task.description,
         params=[_param(one) for one in task.params.values()],
@@ -120,16 +117,9 @@ def _task(task: Task, *, own: bool) -> TaskOut:
     )
 
 
-def _param(one: Param) -> FieldOut:
-    return FieldOut(
-        one.name,
-        str(one.type),
-        one.default is None and not one.optional,
-        _source(one.default),
-        _source(one.min),
-        _source(one.max),
-        one.help or one.label,
-    )
+def _param(one: Param) -> ParamFact:
+    fact = param_fact(one)
+    return replace(fact, help=fact.help or fact.label)
 
 
 def _role(role: Role) -> str:

@@ -105,9 +105,7 @@ class ServedSite:
             return self.tasks[task]
         from formiga_bt.lang.text.reading import did_you_mean
 
-        raise UnusableFile(
-            f"there is no task '{task[:60]}'{did_you_mean(task, self.tasks)}\n  help: list_tasks has all"
-        )
+        raise UnusableFile(f"there is no task '{task[:60]}'{did_you_mean(task, self.tasks)}", help="list_tasks has all")
 
 
 def ground_of(where: ServerFiles) -> ServedSite:
@@ -122,7 +120,7 @@ def ground_of(where: ServerFiles) -> ServedSite:
     wrong = [d for d in (*problems, *more) if d.severity == "error"]
     if site is None or wrong:
         said = f": {wrong[0].code}: {wrong[0].message}" if wrong else ""
-        raise UnusableFile(f"{path} or the catalogue has errors{said}\n  help: formiga check {path}")
+        raise UnusableFile(f"{path} or the catalogue has errors{said}", help=f"formiga check {path}")
     shipped = folder("trees").resolve()
     beside = path.resolve().parent if where.site is not None else None
     own = (beside / "trees" if (beside / "trees").is_dir() else beside) if beside is not None else None

@@ -145,7 +145,7 @@ def texts_of(params: Mapping[str, Any]) -> dict[str, str]:
         if len(text) > MAX_VALUE:
             raise UnusableFile(f"parameter '{name}' has {len(text):,} characters; at most {MAX_VALUE:,} are read")
         if text.startswith("@"):
-            raise UnusableFile(f"parameter '{name}' begins with '@', which means a file\n  help: give the value itself")
+            raise UnusableFile(f"parameter '{name}' begins with '@', which means a file", help="give the value itself")
         found[name] = text
     return found
 

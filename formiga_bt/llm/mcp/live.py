@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.llm.mcp.outside import NOTICE, all_cleaned, cleaned
-from formiga_bt.llm.mcp.records import CauseOut, ExplainOut, LineOut, NowOut, QuestionOut, TreeOut
-from formiga_bt.show.facts import AgentFact, Now, TaskFact
+from formiga_bt.llm.mcp.records import ExplainOut, NowOut, TreeOut
+from formiga_bt.show.facts import AgentFact
 from formiga_bt.show.source import Source
 
 Connect = Callable[[], Source]
@@ -26,7 +26,7 @@ def agents_now(connect: Connect) -> tuple[str, dict[str, AgentFact]]:
     try:
         found = connect().now(count=1)
     except FormigaError as error:
-        return cleaned(str(error).partition("\n")[0]), {}
+        return cleaned(error.text), {}
     return "running", {agent.id: agent for agent in found.agents}
 
 
@@ -55,34 +55,14 @@ def now(connect: Connect, site: str, mode: str) -> NowOut:
             needs_a_person=found.top.needs_you,
             lockdown=found.top.lockdown,
             counts=found.counts,
-            tasks=[_line(task) for task in found.tasks],
+            at=found.at,
+            tasks=list(found.tasks),
             more_tasks=max(0, found.total - len(found.tasks)),
-            questions=_questions(found),
+            questions=list(found.questions[:MOST_QUESTIONS]),
             log=[line.text for line in found.lines[-20:]],
             notice=NOTICE,
         )
     )
-
-
-def _line(task: TaskFact) -> LineOut:
-    status = f"{task.status}{' HELD' if task.held else ''}"
-    return LineOut(
-        task.id, task.name, status, list(task.agents), task.doing, task.needs, task.code, task.reason
-    )  # fmt: skip
-
-
-def _questions(found: Now) -> list[QuestionOut]:
-    return [
-        QuestionOut(
-            one.number,
-            one.task,
-            one.text,
-            list(one.options),
-            list(one.asked),
-            None if one.lapses_at is None else round((one.lapses_at - found.at) / 1e6, 1),
-        )
-        for one in found.questions[:MOST_QUESTIONS]
-    ]
 
 
 def explained(connect: Connect, of: str) -> ExplainOut:
@@ -92,8 +72,7 @@ def explained(connect: Connect, of: str) -> ExplainOut:
         FormigaError: no engine runs, or it does not know the id.
     """
     headline, lines = connect().why(of)
-    causes = [CauseOut(one.code, one.text, one.hint, one.depth) for one in lines[:MOST_CAUSES]]
-    return all_cleaned(ExplainOut(headline, causes, NOTICE))
+    return all_cleaned(ExplainOut(headline, lines[:MOST_CAUSES], NOTICE))
 
 
 def shown(connect: Connect, task_id: str) -> TreeOut:
@@ -107,6 +86,7 @@ def shown(connect: Connect, task_id: str) -> TreeOut:
     picture = connect().task(task_id)
     facts = {fact.path: fact for fact in picture.steps}
     lines = [cleaned(line.plain()) for line in terminal.draw(picture.drawing, facts, width=WIDTH)]
-    task = all_cleaned(_line(picture.task))
-    status = " ".join(part for part in (task.id, task.status, task.code, task.reason) if part)
-    return TreeOut(task.task, status, "\n".join(lines), NOTICE)
+    task = all_cleaned(picture.task)
+    held = "HELD" if task.held else ""
+    status = " ".join(part for part in (task.id, task.status, held, task.code, task.reason) if part)
+    return TreeOut(task.name, status, "\n".join(lines), NOTICE)

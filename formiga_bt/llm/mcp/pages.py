@@ -105,7 +105,7 @@ def language(topic: str = "") -> str:
         return f"{SHORT}\nTopics, each a page of its own: {', '.join(topics())}.\n"
     if topic not in topics():
         raise UnusableFile(
-            f"there is no topic '{topic[:60]}'{did_you_mean(topic, topics())}\n  help: topics: {', '.join(topics())}"
+            f"there is no topic '{topic[:60]}'{did_you_mean(topic, topics())}", help=f"topics: {', '.join(topics())}"
         )
     return (folder("docs") / "language" / f"{topic}.md").read_text(encoding="utf-8")
 
@@ -125,8 +125,8 @@ def code_page(code: str) -> str:
     if not found:
         known = [*pages(), *(one for reason in reasons() for one in reason.codes)]
         raise UnusableFile(
-            f"there is no code '{code[:60]}'{did_you_mean(code, known)}\n"
-            "  help: codes like E030 and W064 are of check_task, words like no_clearance of explain"
+            f"there is no code '{code[:60]}'{did_you_mean(code, known)}",
+            help="codes like E030 and W064 are of check_task, words like no_clearance of explain",
         )
     return "\n\n".join(f"{', '.join(one.codes)} ({one.group}): {'; '.join(one.cells)}" for one in found)
 
@@ -158,8 +158,8 @@ def page(uri: str, ground: ServedSite) -> tuple[str, str]:
     if uri.startswith(SCHEME) and kind == "trees" and name:
         return ground.read(ground.file_of(name)), "application/yaml"
     raise UnusableFile(
-        f"there is nothing at '{uri[:100]}'\n  help: {SCHEME}language, {SCHEME}language/TOPIC, {SCHEME}trees/TASK, "
-        f"{SCHEME}codes/CODE, {SCHEME}reasons/CODE"
+        f"there is nothing at '{uri[:100]}'",
+        help=f"{SCHEME}language, {SCHEME}language/TOPIC, {SCHEME}trees/TASK, {SCHEME}codes/CODE, {SCHEME}reasons/CODE",
     )
 
 

@@ -89,8 +89,8 @@ def propose(
         old = next((one for one in waiting if not one.origin.approved_by and not is_needed(one)), None)
         if old is None:
             raise FormigaError(
-                f"{MOST_OPEN} proposals are kept in {folder}, all approved or running\n"
-                "  help: a person removes what is not wanted: formiga drafts delete N"
+                f"{MOST_OPEN} proposals are kept in {folder}, all approved or running",
+                help="a person removes what is not wanted: formiga drafts delete N",
             )
         delete(folder, old.number)
     return keep(folder, draft, origin)

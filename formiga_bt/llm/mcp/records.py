@@ -1,11 +1,16 @@
 """What an assistant may say to a tool, and what it is answered. The schemas that it is shown are made from these.
 
+What everybody sees are the facts of `show.facts`; here is what only an assistant asks and gets.
+
 Sizes are bounded here, so that nothing that is too large goes any further.
 """
 
 from typing import Annotated, Any
 
 from msgspec import Meta, Struct
+
+from formiga_bt.base.clock import Micros
+from formiga_bt.show.facts import AgentFact, Because, ParamFact, QuestionFact, TaskFact
 
 MAX_YAML: int = 65_536
 """Bytes of a task."""
@@ -122,7 +127,7 @@ class OfId(Struct, forbid_unknown_fields=True):
 
 
 # -- what is answered ---------------------------------------------------------------------------------------------------
-class AgentOut(Struct):
+class ListedAgent(Struct):
     """A machine or a person of the site."""
 
     id: str
@@ -132,24 +137,18 @@ class AgentOut(Struct):
     home: str = ""
     here: bool | None = None
     """Whether it is heard of now; null: no engine runs."""
-    battery_percent: float | None = None
-    at: str = ""
-    """Metres from the base station."""
-    pool: str = ""
-    task: str = ""
-    action: str = ""
-    needs: str = ""
-    """Why it cannot be had: an order, a breach, a quarantine."""
+    now: AgentFact | None = None
+    """How it is, if it is heard of; places are metres from the base station."""
 
 
-class AgentsOut(Struct):
+class ListedAgents(Struct):
     """The fleet."""
 
     site: str
     mode: str
     engine: str
     """running, or why nothing is known of the present."""
-    agents: list[AgentOut]
+    agents: list[ListedAgent]
     places: list[str]
     regions: list[str]
     people: dict[str, list[str]]
@@ -157,25 +156,13 @@ class AgentsOut(Struct):
     notice: str = ""
 
 
-class FieldOut(Struct):
-    """A field of an action, or a parameter of a task."""
-
-    name: str
-    type: str
-    required: bool
-    default: str = ""
-    least: str = ""
-    most: str = ""
-    help: str = ""
-
-
-class ActionOut(Struct):
+class CatalogueAction(Struct):
     """An action of the catalogue."""
 
     name: str
     help: str
     agent_types: list[str]
-    fields: list[FieldOut]
+    fields: list[ParamFact]
     result: dict[str, str]
     requires: str = ""
     """airborne or grounded: how the machine must be."""
@@ -186,27 +173,27 @@ class ActionOut(Struct):
 class ActionsOut(Struct):
     """The catalogue."""
 
-    actions: list[ActionOut]
+    actions: list[CatalogueAction]
     types: dict[str, list[str]]
     """Agent types and what they extend."""
 
 
-class TaskOut(Struct):
+class OfferedTask(Struct):
     """A task that can be requested."""
 
     task: str
     description: str
-    params: list[FieldOut]
+    params: list[ParamFact]
     roles: dict[str, str]
     aliases: list[str]
     own: bool
     """Of this site, not one that ships."""
 
 
-class TasksOut(Struct):
+class OfferedTasks(Struct):
     """The library."""
 
-    tasks: list[TaskOut]
+    tasks: list[OfferedTask]
 
 
 class PageOut(Struct):
@@ -323,30 +310,6 @@ class ProposedOut(Struct):
     warnings: list[str] = []
 
 
-class LineOut(Struct):
-    """A task of the running engine."""
-
-    id: str
-    task: str
-    status: str
-    agents: list[str]
-    doing: str = ""
-    needs: str = ""
-    code: str = ""
-    reason: str = ""
-
-
-class QuestionOut(Struct):
-    """A question that waits for a person."""
-
-    number: str
-    task: str
-    text: str
-    options: list[str]
-    asked: list[str]
-    lapses_in_s: float | None = None
-
-
 class NowOut(Struct):
     """The site at this moment."""
 
@@ -357,25 +320,18 @@ class NowOut(Struct):
     needs_a_person: int
     lockdown: str
     counts: dict[str, int]
-    tasks: list[LineOut]
+    at: Micros
+    """Engine time; as all instants, in microseconds."""
+    tasks: list[TaskFact]
     more_tasks: int
-    questions: list[QuestionOut]
+    questions: list[QuestionFact]
     log: list[str]
     notice: str = ""
-
-
-class CauseOut(Struct):
-    """One line of an explanation; `depth` says which line it explains."""
-
-    code: str
-    text: str
-    hint: str
-    depth: int
 
 
 class ExplainOut(Struct):
     """Why something stands as it does."""
 
     of: str
-    because: list[CauseOut]
+    because: list[Because]
     notice: str = ""

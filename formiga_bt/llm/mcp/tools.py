@@ -24,6 +24,8 @@ from formiga_bt.llm.mcp.outside import fenced
 from formiga_bt.llm.mcp.proposals import assistant, doubles, draft_of, needed, next_steps, propose, wrote
 from formiga_bt.llm.mcp.worker import JobProcesses
 from formiga_bt.llm.origin import Asker
+from formiga_bt.show.facts import ParamFact
+from formiga_bt.show.listed import where_words
 
 Progress = Callable[[float, str], Awaitable[None]]
 Said = tuple[Struct, str]
@@ -87,10 +89,13 @@ async def _list_agents(desk: Desk, _: r.Nothing, caller: McpCaller) -> Said:
     return told, fenced(text) if now else text
 
 
-def _agent(one: r.AgentOut) -> str:
+def _agent(one: r.ListedAgent) -> str:
     words = [f"{one.id}: {one.type}, {one.kind}", f"home {one.home}" if one.home else ""]
-    words += [f"{one.battery_percent:g} %" if one.battery_percent is not None else "", one.at, one.pool, one.task]
-    words += ["not heard of" if one.here is False else "", one.needs]
+    if (now := one.now) is not None:
+        words += [f"{now.battery:g} %" if now.battery is not None else ""]
+        words += ["" if now.at is None else where_words(now.port, now.at.east_m, now.at.north_m, now.at.up_m)]
+        words += [now.pool, now.task, now.order, now.breach, now.quarantine, now.refused]
+    words += ["not heard of" if one.here is False else ""]
     return ", ".join(word for word in words if word)
 
 
@@ -99,7 +104,7 @@ async def _list_actions(desk: Desk, asked: r.OfType, caller: McpCaller) -> Said:
     ground = await desk.ground()
     types = ground.catalogue.types
     if asked.agent_type and asked.agent_type not in types:
-        raise UnusableFile(f"there is no agent type '{asked.agent_type}'\n  help: types: {', '.join(types)}")
+        raise UnusableFile(f"there is no agent type '{asked.agent_type}'", help=f"types: {', '.join(types)}")
     told = catalogue.actions(ground.catalogue, asked.agent_type)
     lines = [
         f"{one.name}({', '.join(_field(f) for f in one.fields)}): {one.help} Of {', '.join(one.agent_types) or 'nobody'}."
@@ -108,7 +113,7 @@ async def _list_actions(desk: Desk, asked: r.OfType, caller: McpCaller) -> Said:
     return told, "\n".join(lines)
 
 
-def _field(one: r.FieldOut) -> str:
+def _field(one: ParamFact) -> str:
     default = f" = {one.default}" if one.default else "" if one.required else " (optional)"
     return f"{one.name}: {one.type}{default}"
 
@@ -153,7 +158,7 @@ def _one_of(**given: str) -> None:
     if len(named) != 1:
         raise UnusableFile(f"give one of {', '.join(given)}; given: {', '.join(named) or 'none'}")
     if len(given.get("yaml", "").encode("utf-8", "surrogatepass")) > r.MAX_YAML:
-        raise UnusableFile("the task is larger than 64 kB\n  help: loops and subtrees say the same with less")
+        raise UnusableFile("the task is larger than 64 kB", help="loops and subtrees say the same with less")
 
 
 async def _check(desk: Desk, asked: r.TaskText, caller: McpCaller) -> Said:
@@ -209,8 +214,8 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: McpCaller) -> Said:
     flight = await _fly(desk, asked, caller, 6.0)
     if flight.status not in FLOWN or flight.crashes or flight.unsafe_starts or flight.low_flights:
         raise FormigaError(
-            f"not proposed, because its dry run went wrong:\n{_in_words(flight)}\n"
-            "  help: mend the task, or give the `answers` of people with which it is meant to go well"
+            f"not proposed, because its dry run went wrong:\n{_in_words(flight)}",
+            help="mend the task, or give the `answers` of people with which it is meant to go well",
         )
     ground = await desk.ground()
     yaml = asked.yaml or ground.read(ground.file_of(asked.task))
@@ -251,7 +256,10 @@ async def _now(desk: Desk, _: r.Nothing, caller: McpCaller) -> Said:
     counts = ", ".join(f"{number} {status}" for status, number in told.counts.items()) or "no tasks"
     lines = [f"{told.site}: {counts}; in the air {told.airborne}, need a person {told.needs_a_person}"]
     lines += [f"LOCKDOWN {told.lockdown}"] if told.lockdown else []
-    lines += [f"{t.id} {t.status} {', '.join(t.agents)} {t.doing or t.reason}".rstrip() for t in told.tasks]
+    lines += [
+        f"{t.id} {t.status}{' HELD' if t.held else ''} {', '.join(t.agents)} {t.doing or t.reason}".rstrip()
+        for t in told.tasks
+    ]
     lines += [
         f"{q.number} of {q.task} asks {', '.join(q.asked)}: {q.text} ({', '.join(q.options)})" for q in told.questions
     ]
@@ -272,7 +280,7 @@ TOOLS: Final[tuple[Tool, ...]] = (
         "List the machines and people of the site, its named places and regions. With a running engine also where each"
         " machine is, its battery, and what it does.",
         r.Nothing,
-        r.AgentsOut,
+        r.ListedAgents,
         _list_agents,
     ),
     Tool(
@@ -289,7 +297,7 @@ TOOLS: Final[tuple[Tool, ...]] = (
         "Tasks that are there",
         "List the tasks of the site and those that ship, with their parameters. Use one of these before you write a new one.",
         r.TaskQuery,
-        r.TasksOut,
+        r.OfferedTasks,
         _list_tasks,
     ),
     Tool(

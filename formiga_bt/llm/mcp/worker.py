@@ -78,7 +78,7 @@ class JobProcesses:
             FormigaError: what is wrong with the task, or the job took too long.
         """
         if self._open >= AT_ONCE + MOST_WAITING:
-            raise Busy(f"{AT_ONCE} jobs run and {MOST_WAITING} wait\n  help: wait for their answers, then ask again")
+            raise Busy(f"{AT_ONCE} jobs run and {MOST_WAITING} wait", help="wait for their answers, then ask again")
         self._open += 1
         try:
             async with self._seats:
@@ -117,8 +117,8 @@ class JobProcesses:
                 await process.aclose()
         if result is None and scope.cancelled_caught:
             raise FormigaError(
-                f"given up after {limit:g} s of computing\n"
-                "  help: make the task smaller, or fly fewer `hours`: loops without an end fly until the time is up"
+                f"given up after {limit:g} s of computing",
+                help="make the task smaller, or fly fewer `hours`: loops without an end fly until the time is up",
             )
         if result is None:
             raise FormigaError("the process of this job ended early; it may have needed too much memory")

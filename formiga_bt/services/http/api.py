@@ -11,24 +11,26 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from http import HTTPStatus
 from typing import Annotated, Any, Final, Literal, Protocol
 
+import msgspec
 from fastapi import FastAPI, Header, Query, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse, StreamingResponse
+from fastapi.responses import Response, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.feed import Feed, FeedEvent
+from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http import crew_routes, library_routes, openapi, order_routes, past_routes, seeing_routes
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
-from formiga_bt.services.http.urgent import in_lane
+from formiga_bt.services.http.routes import REF, FactRoutes
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import ServiceOrders, Waits
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.replies import models as m
+from formiga_bt.show import facts as f
 from formiga_bt.show.source import Source
 
 STATUS: Final = {
@@ -63,6 +65,10 @@ STATUS: Final = {
 }
 """HTTP status of a code; 409 for others: they conflict with how things stand."""
 
+PROBLEM: Final = {
+    "description": (f.Problem.__doc__ or "").strip(),
+    "content": {"application/problem+json": {"schema": {"$ref": REF.format(name="Problem")}}},
+}
 HEARTBEAT_S: Final = 2.0
 """A comment is sent to readers of the event stream this often."""
 
@@ -84,7 +90,7 @@ class Host(Protocol):
         """Return the feed of events."""
         ...
 
-    def health(self) -> m.Health:
+    def health(self) -> f.EngineHealth:
         """Return how the engine is."""
         ...
 
@@ -97,19 +103,25 @@ class Host(Protocol):
         ...
 
 
-class ProblemResponse(JSONResponse):
+class ProblemResponse(Response):
     """A problem document."""
 
     media_type = "application/problem+json"
 
+    def render(self, content: f.Problem) -> bytes:
+        """Return it as JSON."""
+        return msgspec.json.encode(content)
 
-def problem(status: int, code: str, text: str, hint: str = "", problems: Sequence[str] = ()) -> ProblemResponse:
+
+def problem(
+    status: int, code: str, text: str, help_: str = "", problems: Sequence[str] = (), near: Sequence[str] = ()
+) -> ProblemResponse:
     """Return an error answer."""
-    body = m.Problem(
-        title=HTTPStatus(status).phrase, status=status, code=code, text=text, hint=hint, problems=list(problems)
+    title = HTTPStatus(status).phrase
+    found = f.Problem(
+        title=title, status=status, code=code, text=text, help=help_, near=tuple(near), problems=tuple(problems)
     )
-    headers = {"Retry-After": "2"} if status in (429, 503) else None
-    return ProblemResponse(body.model_dump(), status, headers)
+    return ProblemResponse(found, status, {"Retry-After": "2"} if status in (429, 503) else None)
 
 
 def application(host: Host) -> FastAPI:
@@ -121,21 +133,20 @@ def application(host: Host) -> FastAPI:
         openapi_url=None,  # `openapi` serves it
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,
-        responses={
-            "4XX": {"description": "Client Error"}
-        },  # `openapi` says what is in it; without it FastAPI tells of another 422
+        responses={"4XX": PROBLEM, "5XX": PROBLEM},
     )
     _errors(app)
-    _tasks(app, host.orders)
-    _agents(app, host.orders)
-    order_routes.add(app, host.orders.stops)
-    crew_routes.add(app, host.crew)
-    seeing_routes.add(app, host.source)
-    past_routes.add(app, host.past)
-    _people(app, host.orders)
-    library_routes.add(app, host.loading, host.refused)
-    _engine(app, host)
-    openapi.serve(app, needs_token=host.needs_token)
+    routes = FactRoutes(app)
+    _tasks(routes, host.orders)
+    _agents(routes, host.orders)
+    order_routes.add(routes, host.orders.stops)
+    crew_routes.add(routes, host.crew)
+    seeing_routes.add(routes, host.source)
+    past_routes.add(routes, host.past)
+    _people(routes, host.orders)
+    library_routes.add(routes, host.loading, host.refused)
+    _engine(routes, host)
+    openapi.serve(app, {*routes.kinds, f.Problem}, needs_token=host.needs_token)
     return app
 
 
@@ -149,7 +160,7 @@ def guarded(
 def _errors(app: FastAPI) -> None:
     @app.exception_handler(Refused)
     async def refused(request: Request, error: Refused) -> ProblemResponse:  # noqa: ARG001
-        return problem(STATUS.get(error.code, 409), error.code, str(error), error.hint, error.problems)
+        return problem(STATUS.get(error.code, 409), error.code, error.text, error.help, error.problems, error.near)
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> ProblemResponse:  # noqa: ARG001
@@ -176,112 +187,108 @@ def _micros(seconds: float | None) -> Micros | None:
     return None if seconds is None else micros(seconds)
 
 
-def _tasks(app: FastAPI, orders: ServiceOrders) -> None:
-    @app.post("/v1/tasks", status_code=201, tags=["tasks"])
+def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
+    @routes.post("/v1/tasks", "tasks", 201)
     def submit(
-        body: m.SubmitBody,
+        body: b.SubmitBody,
         idempotency_key: Annotated[str, Header(max_length=200)] = "",
-    ) -> m.Submitted:
+    ) -> f.TaskRequested:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
         name = body.by or "http"
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
         task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits)
-        return m.Submitted(id=task_id)
+        return f.TaskRequested(task_id)
 
-    @app.get("/v1/tasks", tags=["tasks"])
+    @routes.get("/v1/tasks", "tasks")
     def tasks(
         status: Annotated[str, Query(max_length=20, description="open, held, or a status; empty: all")] = "",
         limit: Annotated[int, Query(ge=1, le=10_000)] = 100,
-    ) -> m.TasksOut:
+    ) -> f.TaskList:
         """List tasks: those under way, then all others, each newest first."""
         return orders.tasks(status, limit)
 
-    @app.get("/v1/tasks/{task_id}", tags=["tasks"])
-    def task(task_id: str) -> m.TaskDetail:
+    @routes.get("/v1/tasks/{task_id}", "tasks")
+    def task(task_id: str) -> f.TaskDetail:
         """Return everything about a task."""
         return orders.task(task_id)
 
-    @app.get("/v1/tasks/{task_id}/why", tags=["tasks"])
-    def why(task_id: str) -> m.WhyOut:
+    @routes.get("/v1/tasks/{task_id}/why", "tasks")
+    def why(task_id: str) -> f.Explanation:
         """Explain why a task waits, is held, chose its agents, or failed."""
         return orders.why(task_id)
 
-    @app.get("/v1/agents/{agent}/why", tags=["agents"])
-    def why_agent(agent: str) -> m.WhyOut:
+    @routes.get("/v1/agents/{agent}/why", "agents")
+    def why_agent(agent: str) -> f.Explanation:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task."""
         return orders.why_agent(agent)
 
-    @app.post("/v1/tasks/{task_id}/abort", tags=["tasks"])
-    @in_lane
-    def abort(task_id: str, body: m.AbortBody | None = None) -> m.Reply:
+    @routes.post("/v1/tasks/{task_id}/abort", "tasks")
+    def abort(task_id: str, body: b.AbortBody | None = None) -> f.OrderDone:
         """End a task: its cleanup runs, its machines come home."""
-        order = body or m.AbortBody()
-        return m.Reply(text=orders.abort(task_id, order.how, order.by or "http", confirmed=order.confirmed))
+        order = body or b.AbortBody()
+        return f.OrderDone(orders.abort(task_id, order.how, order.by or "http", confirmed=order.confirmed))
 
-    @app.delete("/v1/tasks/{task_id}", tags=["tasks"])
-    @in_lane
-    def delete(task_id: str, how: Literal["", "now"] = "", by: str = "") -> m.Reply:
+    @routes.delete("/v1/tasks/{task_id}", "tasks")
+    def delete(task_id: str, how: Literal["", "now"] = "", by: str = "") -> f.OrderDone:
         """End a task, as POST abort does."""
-        return m.Reply(text=orders.abort(task_id, how, by or "http"))
+        return f.OrderDone(orders.abort(task_id, how, by or "http"))
 
 
-def _agents(app: FastAPI, orders: ServiceOrders) -> None:
-    @app.get("/v1/agents", tags=["agents"])
-    def agents() -> m.AgentsOut:
+def _agents(routes: FactRoutes, orders: ServiceOrders) -> None:
+    @routes.get("/v1/agents", "agents")
+    def agents() -> f.AgentList:
         """List machines and people."""
         return orders.agents()
 
-    @app.post("/v1/agents/{agent}/clear", tags=["agents"])
-    def clear(agent: str, body: m.ByBody | None = None) -> m.Reply:
+    @routes.post("/v1/agents/{agent}/clear", "agents")
+    def clear(agent: str, body: b.ByBody | None = None) -> f.OrderDone:
         """Take a quarantined agent back, or one whose process was started anew, once a person has looked at it."""
-        return m.Reply(text=orders.clear(agent, (body or m.ByBody()).by or "http"))
+        return f.OrderDone(orders.clear(agent, (body or b.ByBody()).by or "http"))
 
-    @app.post("/v1/agents/{agent}/removed", tags=["agents"])
-    def removed(agent: str, body: m.RemovedBody | None = None) -> m.Reply:
+    @routes.post("/v1/agents/{agent}/removed", "agents")
+    def removed(agent: str, body: b.RemovedBody | None = None) -> f.OrderDone:
         """Free the way and the place of a machine that counts as lost, once a person has taken it away."""
-        word = body or m.RemovedBody()
-        return m.Reply(text=orders.removed(agent, word.by or "http", word.confirmed))
+        word = body or b.RemovedBody()
+        return f.OrderDone(orders.removed(agent, word.by or "http", word.confirmed))
 
-    @app.post("/v1/agents/{agent}/events", tags=["people"])
-    @in_lane
-    def report_event(agent: str, body: m.EventBody) -> m.Reply:
+    @routes.post("/v1/agents/{agent}/events", "people")
+    def report_event(agent: str, body: b.EventBody) -> f.OrderDone:
         """Tell an event for a person who works at this engine's desk."""
-        return m.Reply(text=orders.report_event(agent, body.event, body.fields))
+        return f.OrderDone(orders.report_event(agent, body.event, body.fields))
 
 
-def _people(app: FastAPI, orders: ServiceOrders) -> None:
-    @app.get("/v1/inbox", tags=["people"])
-    def inbox(person: Annotated[str, Query(max_length=200)] = "") -> m.InboxOut:
+def _people(routes: FactRoutes, orders: ServiceOrders) -> None:
+    @routes.get("/v1/inbox", "people")
+    def inbox(person: Annotated[str, Query(max_length=200)] = "") -> f.QuestionList:
         """List the open questions, oldest first."""
         return orders.inbox(person)
 
-    @app.post("/v1/inbox/{number}/answer", tags=["people"])
-    @in_lane
-    def answer(number: str, body: m.AnswerBody) -> m.Reply:
+    @routes.post("/v1/inbox/{number}/answer", "people")
+    def answer(number: str, body: b.AnswerBody) -> f.OrderDone:
         """Answer a question for a person who works at this engine's desk."""
-        return m.Reply(text=orders.answer(number, body.option, body.by))
+        return f.OrderDone(orders.answer(number, body.option, body.by))
 
 
-def _engine(app: FastAPI, host: Host) -> None:
-    @app.get("/v1/health", tags=["engine"])
-    def health() -> m.Health:
+def _engine(routes: FactRoutes, host: Host) -> None:
+    @routes.get("/v1/health", "engine")
+    def health() -> f.EngineHealth:
         """Tell how the engine is."""
         return host.health()
 
-    @app.post("/v1/admin/drain", tags=["engine"])
-    def drain() -> m.Reply:
+    @routes.post("/v1/admin/drain", "engine")
+    def drain() -> f.OrderDone:
         """Admit no more tasks, and end the engine when the last one has ended."""
-        return m.Reply(text=host.drain())
+        return f.OrderDone(host.drain())
 
-    @app.post("/v1/admin/stop", tags=["engine"])
-    def stop() -> m.Reply:
+    @routes.post("/v1/admin/stop", "engine")
+    def stop() -> f.OrderDone:
         """End the engine now. Agents go on with the goals they have."""
-        return m.Reply(text=host.request_stop())
+        return f.OrderDone(host.request_stop())
 
-    @app.get("/v1/events", tags=["engine"], response_class=StreamingResponse)
+    @routes.app.get("/v1/events", tags=["engine"], response_class=StreamingResponse)
     def events(
         last_event_id: Annotated[str, Header(max_length=100)] = "",
-        after: Annotated[str, Query(max_length=100, description="as Last-FeedEvent-ID")] = "",
+        after: Annotated[str, Query(max_length=100, description="as Last-Event-ID")] = "",
         task: Annotated[str, Query(max_length=200, description="of this task only")] = "",
     ) -> StreamingResponse:
         """Stream what happens, as server-sent events (text/event-stream), from now or after an id."""
@@ -331,7 +338,7 @@ def _wake(loop: asyncio.AbstractEventLoop, news: asyncio.Event) -> None:
 
 
 def _sse(feed: Feed, event: FeedEvent) -> str:
-    data = {"type": event.type, "unix_millis": event.at // 1000, "text": event.text}
+    data = {"type": event.type, "at": event.at, "text": event.text}
     if event.task:
         data["task"] = event.task
     if event.agent:

@@ -21,7 +21,7 @@ _PEER: Final = struct.Struct("3i")
 _FULL: Final = (
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 2\r\nconnection: close\r\n\r\n"
     b'{"type":"about:blank","title":"Service Unavailable","status":503,"code":"crowded",'
-    b'"text":"this door of the engine is full","hint":"try again in some seconds","problems":[]}'
+    b'"text":"this door of the engine is full","help":"try again in some seconds","problems":[]}'
 )
 
 

@@ -3,24 +3,24 @@
 import time
 from collections.abc import Sequence
 
-from fastapi import FastAPI
-
 from formiga_bt.safety.drafted import drafted
+from formiga_bt.services.http.bodies import LoadBody
+from formiga_bt.services.http.routes import FactRoutes
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.not_served import NotServed
-from formiga_bt.services.replies import library_models as m
+from formiga_bt.show.facts import LibraryList, TaskLoaded
 
 
-def add(app: FastAPI, loading: Loading, refused: Sequence[NotServed]) -> None:
-    """Add the routes to an app; `refused`: the files that the start passed over."""
+def add(routes: FactRoutes, loading: Loading, refused: Sequence[NotServed]) -> None:
+    """Add the routes; `refused`: the files that the start passed over."""
 
-    @app.get("/v1/library", tags=["engine"])
-    def library() -> m.LibraryOut:
+    @routes.get("/v1/library", "engine")
+    def library() -> LibraryList:
         """List the tasks that can be requested, with their parameters and versions."""
         return loading.library(refused)
 
-    @app.post("/v1/library", tags=["engine"])
-    def load(body: m.LoadBody) -> m.LoadOut:
+    @routes.post("/v1/library", "engine")
+    def load(body: LoadBody) -> TaskLoaded:
         """Check a task and serve it to new requests; running tasks go on with the version they have. Starts nothing."""
         said = body.drafted
         told = drafted(said.by, said.model, said.also) if said is not None else None

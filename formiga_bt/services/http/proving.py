@@ -84,10 +84,9 @@ class Proofs:
             if isinstance(error, Refused):
                 raise
             log.warning("%s: %s", error.code, error)
-            raise Refused(error.code, str(error), _hint(error.code, person)) from None
+            raise Refused(error.code, error.text, _hint(error.code, person)) from None
         except SiteError as error:
-            text, _, help_ = str(error).partition("\n  help: ")
-            raise Refused("secrets_unusable", text, help_) from None
+            raise Refused("secrets_unusable", error.text, error.help) from None
 
     @contextmanager
     def _place(self) -> Iterator[None]:

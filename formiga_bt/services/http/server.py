@@ -54,8 +54,8 @@ def listen(address: str) -> socket.socket:
         return socket.create_server((host, port), family=family, backlog=128)
     except OSError as error:
         raise SiteError(
-            f"cannot serve the API at {address}: {error.strerror or error}\n"
-            "  help: is another engine running there? Choose another port with --http HOST:PORT, or --http 127.0.0.1:0"
+            f"cannot serve the API at {address}: {error.strerror or error}",
+            help="is another engine running there? Choose another port with --http HOST:PORT, or --http 127.0.0.1:0",
         ) from error
 
 

@@ -327,7 +327,7 @@ def flying(folder: Path) -> dict[str, Open]:
     try:
         return msgspec.json.decode(file.read_bytes(), type=dict[str, Open]) if file.exists() else {}
     except (OSError, msgspec.MsgspecError) as error:
-        raise SiteError(f"cannot read {file}: {error}\n  help: if it is damaged beyond repair, delete it") from error
+        raise SiteError(f"cannot read {file}: {error}", help="if it is damaged beyond repair, delete it") from error
 
 
 def flights(folder: Path, since: str = "") -> list[Flight]:

@@ -9,8 +9,8 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.services.replies import order_models as out
 from formiga_bt.services.standing import wall_us
+from formiga_bt.show.facts import OrderedFact, OrderReply, SkippedFact
 from formiga_bt.show.listed import listing
 from formiga_bt.show.why.going_on import HANDBACK, in_the_way, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import doing
@@ -41,7 +41,7 @@ def sorted_out(
     before: Mapping[str, StandingOrder],
     *,
     at_lockdown: bool = False,
-) -> tuple[list[out.OrderedOut], list[out.SkippedOut]]:
+) -> tuple[list[OrderedFact], list[SkippedFact]]:
     """Return which of these machines got a stop, and which did not and why."""
     ordered, skipped = [], []
     for agent in agents:
@@ -51,7 +51,7 @@ def sorted_out(
             skipped.append(passed_over(state, agent, "suspect", doing(state, order, now, wall_us()), "formiga agents"))
         elif order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
             other = "" if order.stop == stop else f"; `{stop}` became `{order.stop}`: it has too little charge to hover"
-            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now, wall_us()) + other))
+            ordered.append(OrderedFact(who=agent.id, text=doing(state, order, now, wall_us()) + other))
         elif order is not None:
             text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now, wall_us())}"
             skipped.append(passed_over(state, agent, "ordered", text))
@@ -70,26 +70,26 @@ def sorted_out(
             hint = when + HANDBACK.format(agent=agent.id)
             skipped.append(passed_over(state, agent, "not_in_command", text, hint))
         elif agent.landed == "grounded":
-            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
+            ordered.append(OrderedFact(who=agent.id, text=f"{agent.id} stands on the ground"))
         elif at_lockdown and agent.task in state.tasks and state.tasks[agent.task].section == "recover":
-            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {agent.task}"))
+            ordered.append(OrderedFact(who=agent.id, text=f"{agent.id} is on its way home with {agent.task}"))
         else:
             skipped.append(passed_over(state, agent, "not_ordered", f"{agent.id} did not get it", "formiga agents"))
     return ordered, skipped
 
 
-def told_of(skipped: list[out.SkippedOut]) -> str:
+def told_of(skipped: list[SkippedFact]) -> str:
     """Return how many machines did not get an order, or may not have got it, after the count of those that did."""
     silent = sum(one.code == "suspect" for one in skipped)
     text = f"; {silent} may not have got it" if silent else ""
     return text + (f"; {len(skipped) - silent} did not get it" if len(skipped) > silent else "")
 
 
-def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:
+def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> SkippedFact:
     """Return a machine that did not get an order."""
     text = text if text.startswith(agent.id) else f"{agent.id}: {text}"
     may_fly = state.agents[agent.id].may_be_airborne
-    return out.SkippedOut(who=agent.id, code=code, text=text, hint=hint, may_be_airborne=may_fly)
+    return SkippedFact(who=agent.id, code=code, text=text, hint=hint, may_be_airborne=may_fly)
 
 
 def after_stop(state: EngineState, order: str, target: str, catalogue: Catalogue | None) -> list[str]:
@@ -107,12 +107,12 @@ def after_stop(state: EngineState, order: str, target: str, catalogue: Catalogue
     return ways_on(state, state.tasks[target], catalogue) if target in state.tasks else ["formiga tasks"]
 
 
-def restarted(state: EngineState, task: str, keep: Iterable[AgentRecord]) -> out.OrderReply:
+def restarted(state: EngineState, task: str, keep: Iterable[AgentRecord]) -> OrderReply:
     """Return the answer to a restart; `keep`: its machines."""
     text = f"{task} tidies up, what flies comes home, what stands stays where it is, and it begins anew from its first step"
     orders = [state.orders[agent.id] for agent in keep if agent.id in state.orders]
     kept = [
-        out.SkippedOut(
+        SkippedFact(
             who=order.agent,
             code="held",
             text=f"{order.agent} is not granted to it before: `{order.stop}` was given to it by itself, and stands",
@@ -121,20 +121,20 @@ def restarted(state: EngineState, task: str, keep: Iterable[AgentRecord]) -> out
         for order in orders
         if order.scope in ("agent", "all")
     ]
-    return out.OrderReply(
+    return OrderReply(
         order="restart",
         target=task,
         stands_already=False,
         text=text,
-        ordered=[out.OrderedOut(who=task, text=text)],
-        skipped=kept,
-        next=[f"formiga why {task}"],
+        ordered=(OrderedFact(who=task, text=text),),
+        skipped=tuple(kept),
+        next=(f"formiga why {task}",),
     )
 
 
 def released(
     state: EngineState | None, held: list[str], text: str, catalogue: Catalogue | None = None, *, already: bool = False
-) -> out.OrderReply:
+) -> OrderReply:
     """Return the answer to the release of a lockdown; `held`: the tasks that wait for a word."""
     left, ways = [], []
     for task in held:
@@ -143,19 +143,19 @@ def released(
         ways.append(then)
         why = stays(state, task, catalogue)
         said = f"{task} was interrupted and waits for your word" + (f"; it cannot go on now: {why}" if why else "")
-        left.append(out.SkippedOut(who=task, code="held", text=said, hint=then[0]))
+        left.append(SkippedFact(who=task, code="held", text=said, hint=then[0]))
     go_on = any(then[0].startswith("formiga continue") for then in ways)
     following = (
         ["formiga continue --all", f"formiga abort {held[0]}"] if go_on else ways[0] if ways else ["formiga tasks"]
     )
-    return out.OrderReply(
+    return OrderReply(
         order="lockdown",
         target="release",
         stands_already=already,
         text=text,
-        ordered=[],
-        skipped=left,
-        next=following,
+        ordered=(),
+        skipped=tuple(left),
+        next=tuple(following),
     )
 
 

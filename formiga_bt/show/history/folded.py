@@ -128,7 +128,9 @@ class FoldedSource:
                 tasks=tuple(page),
                 total=total,
                 waiting=waiting,
-                agents=tuple(agent_fact(state, agent, index.now, wall, port_of(self._site, agent)) for agent in agents),
+                agents=tuple(
+                    agent_fact(state, agent, index.now, wall, port_of(self._site, agent), desk) for agent in agents
+                ),
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
                 house=house,
@@ -202,7 +204,8 @@ class FoldedSource:
                 goals=tuple(goal_fact(goal) for goal in index.goals.get(task_id, ())),
                 questions=tuple(question_fact(state, q, self._desk()) for q in index.questions.get(task_id, ())),
                 agents=tuple(
-                    agent_fact(state, agent, index.now, self._wall(), port_of(self._site, agent)) for agent in agents
+                    agent_fact(state, agent, index.now, self._wall(), port_of(self._site, agent), self._desk())
+                    for agent in agents
                 ),
                 lines=tuple(story.lines),
             )

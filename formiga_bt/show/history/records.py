@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.geo import Position
+from formiga_bt.base.geo import Frame, Position
 from formiga_bt.engine.kernel.library import newest_of
 from formiga_bt.engine.kernel.pace import throttled
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
@@ -35,8 +35,10 @@ def task_fact(index: UrgencyIndex, task: TaskRecord) -> TaskFact:
         section="" if over else task.section,
         priority=task.priority,
         by=task.by,
-        version=_version(index.state, task),
+        version=task.version,
+        newest=_newest(index.state, task),
         parent=task.parent,
+        children=task.children,
         agents=agents_of(task),
         code=task.code,
         reason=task.reason,
@@ -50,9 +52,9 @@ def task_fact(index: UrgencyIndex, task: TaskRecord) -> TaskFact:
     )
 
 
-def _version(state: EngineState, task: TaskRecord) -> str:
+def _newest(state: EngineState, task: TaskRecord) -> int:
     newest = newest_of(state, task.name)
-    return f"version {task.version}, newest {newest.n}" if newest is not None and not task.system_agent else ""
+    return newest.n if newest is not None and not task.system_agent else task.version
 
 
 def agents_of(task: TaskRecord) -> tuple[str, ...]:
@@ -68,9 +70,18 @@ def stands_rebooted(agent: AgentRecord) -> bool:
     return agent.rebooted and not agent.human and agent.landed != "airborne"
 
 
-def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0, port: str = "") -> AgentFact:
-    """Return an agent; `port`: at which it stands."""
+def agent_fact(
+    state: EngineState,
+    agent: AgentRecord,
+    now: Micros,
+    wall: Micros = 0,
+    port: str = "",
+    desk: Collection[str] = (),
+    frame: Frame | None = None,
+) -> AgentFact:
+    """Return an agent; `port`: at which it stands; `frame`: tells its degrees."""
     order = state.orders.get(agent.id)
+    lat, lng = frame.lat_lng(agent.position) if frame is not None and agent.position is not None else (None, None)
     return AgentFact(
         id=agent.id,
         type=agent.type,
@@ -86,6 +97,12 @@ def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros
         battery=None if agent.battery is None else round(agent.battery, 1),
         at=None if agent.position is None else point(agent.position),
         port=port,
+        lat=None if lat is None else round(lat, 7),
+        lng=None if lng is None else round(lng, 7),
+        layer_m=agent.layer_m,
+        at_desk=agent.id in desk,
+        on_link_loss=agent.on_link_loss,
+        bad=agent.bad,
         order=stands(state, order, now, wall) if order is not None else "",
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
@@ -121,8 +138,11 @@ def question_fact(state: EngineState, question: Question, desk: Collection[str] 
         task=question.task,
         text=question.text,
         kind=question.kind,
+        note=question.note,
         options=question.options,
         asked=question.asked,
+        shown=tuple(person for person in question.asked if f"{question.id}~{person}" in state.goals),
+        answers={answer.by: answer.answer for answer in question.answers},
         here=tuple(person for person in question.asked if person in desk and person not in said),
         asked_at=question.asked_at,
         lapses_at=lapses_at(state, question),

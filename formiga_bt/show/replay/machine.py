@@ -114,7 +114,8 @@ class TimeMachine:
         state = self.journal.snapshot_at(begin, light=True) if at >= self.first else None
         if state is None:
             raise JournalError(
-                f"the journal {self.journal.where} has nothing of {at} us\n  help: its earliest moment is {self.first} us"
+                f"the journal {self.journal.where} has nothing of {at} us",
+                help=f"its earliest moment is {self.first} us",
             )
         after = state.seq
         ledger = Ledger(ALL, state)

@@ -137,7 +137,8 @@ class JournalSource:
             raise TaskError(
                 NOT_YET,
                 f"{task_id} was requested at {in_words(task.submitted_at, self._zone)}, after the moment that is looked at: "
-                f'{in_words(at, self._zone)}\n  help: --at "{task_id} start" is its beginning, --at "{task_id} end" its end',
+                f"{in_words(at, self._zone)}",
+                help=f'--at "{task_id} start" is its beginning, --at "{task_id} end" its end',
             )
 
 

@@ -57,7 +57,7 @@ def meant(text: str, times: MomentWords, *, or_first: bool = False) -> Micros:
             words = words[: cut.start()].strip()
     base = times.last if not words and shift else _base(words, times)
     if base is None:
-        raise UnusableFile(f"'{text}' is no moment that the journal knows\n  help: say for example {FORMS}")
+        raise UnusableFile(f"'{text}' is no moment that the journal knows", help=f"say for example {FORMS}")
     at = base + shift
     if at < times.first and not or_first:
         raise UnusableFile(

@@ -34,8 +34,8 @@ def png_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> byt
     dpi = min(DPI, int(TALLEST_PX * 72 / page.height))
     if dpi < LEAST_DPI:
         raise FormigaError(
-            f"the tree is too long for a PNG: {page.height / 72:.0f} inches\n"
-            "  help: draw an svg or html, or less of it: --depth N, --collapse NAME"
+            f"the tree is too long for a PNG: {page.height / 72:.0f} inches",
+            help="draw an svg or html, or less of it: --depth N, --collapse NAME",
         )
     return painted(page.text(), dpi)
 

@@ -70,9 +70,7 @@ def _not_itself(of: str, lines: Sequence[Because]) -> list[Because]:
 
 def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unknown_task") -> TaskError:
     """Return the error for an id of a kind that is not there, with those that look alike."""
-    near = nearest(of, list(known))
-    tail = f"; did you mean {' or '.join(near)}?" if near else ""
-    return TaskError(code, f"there is no {kind} '{shortened(of)}' (any more){tail}")
+    return TaskError(code, f"there is no {kind} '{shortened(of)}' (any more)", near=nearest(of, list(known)))
 
 
 def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:

@@ -1,5 +1,7 @@
 """Nobody is simulated twice: who an engine hears already is named, with the command that leaves them out."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -8,29 +10,32 @@ import pytest
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.cli.app import run
-from formiga_bt.cli.calling import NoEngine
 from formiga_bt.cli.integrator import absent, sim_fleet, sim_live
 from formiga_bt.cli.integrator.absent import check_absent
+from formiga_bt.client import NoEngine
+from formiga_bt.show.facts import AgentFact, AgentList
+from tests.unit.cli.paper import PaperClient
+from tests.unit.cli.paper import agents as listed
 
 Capture = pytest.CaptureFixture[str]
 
 
-def agent(name: str, *, desk: bool = False, liveness: str = "ALIVE") -> dict[str, Any]:
-    return {"id": name, "at_desk": desk, "liveness": liveness}
+def agent(name: str, *, desk: bool = False, liveness: str = "ALIVE") -> AgentFact:
+    return AgentFact(id=name, type="hwd", at_desk=desk, liveness=liveness)
 
 
-class Engine:
+class Engine(PaperClient):
     """Tells of these agents, one list after the other; none: it does not answer."""
 
-    def __init__(self, *lists: list[dict[str, Any]]) -> None:
+    def __init__(self, *lists: list[AgentFact]) -> None:
+        super().__init__()
         self.lists = list(lists)
-        self.address = SimpleNamespace(site="meadow", endpoint="tcp/127.0.0.1:1")
 
-    def get(self, path: str) -> Any:
+    def look(self, path: str, query: Mapping[str, Any]) -> AgentList:
         assert path == "/v1/agents"
         if not self.lists:
             raise NoEngine("none")
-        return {"agents": self.lists.pop(0) if len(self.lists) > 1 else self.lists[0]}
+        return listed(*(self.lists.pop(0) if len(self.lists) > 1 else self.lists[0]))
 
 
 @pytest.mark.parametrize(
@@ -50,7 +55,7 @@ class Engine:
         ),
     ],
 )
-def test_who_is_there_is_named_with_what_to_do(agents: list[dict[str, Any]], said: str, help_: str) -> None:
+def test_who_is_there_is_named_with_what_to_do(agents: list[AgentFact], said: str, help_: str) -> None:
     everybody = ["ann", "ben", "lwd_1"]
     with pytest.raises(FormigaError) as refused:
         check_absent(Engine(agents), everybody, can_leave_out=True, wait_s=0)  # type: ignore[arg-type]
@@ -78,7 +83,7 @@ def test_both_kinds_of_simulation_ask_first(tmp_path: Path, capsys: Capture, mon
     assert run(["sim"]) == 1
     assert "watcher_1 answers at the engine's desk" in capsys.readouterr().err
 
-    engine.address.site = "rovaniemi"
+    engine.address = replace(engine.address, site="rovaniemi")
     monkeypatch.setattr(sim_live, "_client", lambda _: engine)
     assert run(["sim", "demo"]) == 1
     assert "start the engine without --desk watcher_1" in capsys.readouterr().err

@@ -4,11 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli.app import run
-from formiga_bt.cli.calling import user
+from formiga_bt.cli.printing import user
+from formiga_bt.client import Client
+from formiga_bt.show.facts import TaskLoaded, TaskRequested
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -277,16 +280,18 @@ def test_the_engine_reads_the_file_and_starts_just_that(
     monkeypatch.setattr("typer.prompt", lambda *_args, **_options: "LookAtCamp")
     posted: list[Any] = []
 
-    class Engine:
-        address = EngineAddress("rovaniemi", 1, 1, "", "", folder=str(here / ".formiga" / "rovaniemi"))
-
-        def post(self, path: str, body: Any, key: str = "") -> Any:
+    class Engine(Client):
+        def send(self, path: str, body: Any = None, *, key: str = "", headers: Any = None) -> bytes:
             posted.append((path, body, bool(key)))
             if path == "/v1/tasks":
-                return {"id": "LookAtCamp-1"}
-            return {"bundle": "ab" * 32, "what": "new", "warnings": [], "text": "LookAtCamp is served now"}
+                return msgspec.json.encode(TaskRequested("LookAtCamp-1"))
+            said = TaskLoaded(
+                task="LookAtCamp", bundle="ab" * 32, version=1, what="new", text="LookAtCamp is served now", warnings=()
+            )
+            return msgspec.json.encode(said)
 
-    monkeypatch.setattr("formiga_bt.cli.client.connect", lambda *_args: Engine())
+    address = EngineAddress("rovaniemi", 1, 1, "", "", folder=str(here / ".formiga" / "rovaniemi"))
+    monkeypatch.setattr("formiga_bt.client.connect", lambda *_args: Engine(address))
 
     assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0
     file = here / "trees" / "look_at_camp.yaml"
@@ -298,7 +303,15 @@ def test_the_engine_reads_the_file_and_starts_just_that(
         "drafted": {"by": ["eve"], "model": "scripted none", "also": [user()]},
     }
     assert asked[1:] == (
-        {"task": "LookAtCamp", "params": {}, "priority": None, "by": "eve", "bundle": "ab" * 32},
+        {
+            "task": "LookAtCamp",
+            "params": {},
+            "priority": None,
+            "by": "eve",
+            "bundle": "ab" * 32,
+            "wait_s": None,
+            "expires_s": None,
+        },
         True,
     )
     assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0  # the file is there as it is

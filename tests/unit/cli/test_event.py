@@ -7,6 +7,8 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.orders import event
+from formiga_bt.show.facts import OrderDone
+from tests.unit.cli.paper import PaperClient
 
 Capture = pytest.CaptureFixture[str]
 
@@ -15,10 +17,10 @@ Capture = pytest.CaptureFixture[str]
 def sent(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Any]]:
     found: list[tuple[str, Any]] = []
 
-    class Paper:
-        def post(self, path: str, body: Any = None) -> Any:
+    class Paper(PaperClient):
+        def take(self, path: str, body: Any) -> OrderDone:
             found.append((path, body))
-            return {"ok": True, "text": "picker_1 tells sos"}
+            return OrderDone("picker_1 tells sos")
 
     def connect(site: Path | None = None) -> Paper:
         return Paper()

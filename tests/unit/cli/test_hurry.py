@@ -7,21 +7,22 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.orders import hurry
+from formiga_bt.client import UnknownId
+from tests.unit.cli.paper import PaperClient, reply
 
 
-class Paper:
-    """A client that keeps what is sent."""
+class Paper(PaperClient):
+    """A client that keeps what is sent; hwd_1 is the only machine."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.sent: list[tuple[str, Any]] = []
 
-    def get(self, path: str) -> Any:
-        assert path == "/v1/agents"
-        return {"agents": [{"id": "hwd_1"}]}
-
-    def post(self, path: str, body: Any) -> Any:
+    def take(self, path: str, body: Any) -> Any:
+        if path == "/v1/agents/PickUp-3/orders":
+            raise UnknownId("unknown_agent", "there is none")
         self.sent.append((path, body))
-        return {"text": "done", "ordered": [], "skipped": [], "next": []}
+        return reply()
 
 
 @pytest.fixture

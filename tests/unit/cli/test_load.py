@@ -9,9 +9,10 @@ import pytest
 from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli import loading
 from formiga_bt.cli.app import run
-from formiga_bt.cli.client import ApiError
 from formiga_bt.cli.loading import is_file_word
+from formiga_bt.client import ApiError
 from formiga_bt.services.http import door
+from tests.unit.cli.paper import PaperClient
 
 Capture = pytest.CaptureFixture[str]
 LOOK = """\
@@ -38,10 +39,16 @@ subtrees:
 ASKS = "formiga: 1\ntask: Asks\nsteps: [{request: Look}, {request: Circle}]\n"
 
 
-class Paper:
+REQUEST = {
+    "task": "Look", "params": {}, "priority": None, "by": "eve", "bundle": "", "wait_s": None, "expires_s": None,
+}  # fmt: skip
+
+
+class Paper(PaperClient):
     """A client that keeps what is sent."""
 
     def __init__(self, folder: Path, what: str = "new") -> None:
+        super().__init__()
         self.address = EngineAddress("field", 1, 1, "", "", folder=str(folder / ".formiga" / "field"))
         self.sent: list[tuple[str, Any]] = []
         self.what = what
@@ -49,7 +56,7 @@ class Paper:
         self.refused: dict[str, ApiError] = {}
         """Of the files that an engine does not take."""
 
-    def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
+    def take(self, path: str, body: Any) -> Any:
         self.sent.append((path, body))
         if path == "/v1/tasks":
             if self.refusal is not None:
@@ -105,7 +112,7 @@ def test_a_folder_means_its_tasks(paper: Paper, capsys: Capture) -> None:
 
 @pytest.mark.parametrize("as_json", [False, True])
 def test_one_that_is_refused_keeps_no_other_from_being_read(paper: Paper, capsys: Capture, as_json: bool) -> None:
-    paper.refused["trees/look.yaml"] = ApiError("bad_task", "trees/look.yaml:2:1: E001: no", "", 400)
+    paper.refused["trees/look.yaml"] = ApiError("bad_task", "trees/look.yaml:2:1: E001: no", status=400)
     for name in ("a_first", "z_last"):
         Path(f"trees/{name}.yaml").write_text("formiga: 1\ntask: It\nsteps: [{wait: 1 s}]\n", encoding="utf-8")
 
@@ -128,14 +135,14 @@ def test_one_that_is_refused_keeps_no_other_from_being_read(paper: Paper, capsys
 
 
 def test_what_says_nothing_of_a_file_ends_it_at_once(paper: Paper, capsys: Capture) -> None:
-    paper.refused["trees/look.yaml"] = ApiError("unauthorized", "it wants a token", "", 401)
+    paper.refused["trees/look.yaml"] = ApiError("unauthorized", "it wants a token", status=401)
     assert run(["load", "trees"]) == 1
     assert len(paper.sent) == 1
     assert capsys.readouterr().err == "formiga: it wants a token\n"
 
 
 def test_one_that_is_too_large_is_named(paper: Paper, capsys: Capture) -> None:
-    paper.refused["trees/look.yaml"] = ApiError("too_large", "the body is larger than 1,000,000 bytes", "", 413)
+    paper.refused["trees/look.yaml"] = ApiError("too_large", "the body is larger than 1,000,000 bytes", status=413)
     assert run(["load", "trees/look.yaml"]) == 1
     assert capsys.readouterr().err == (
         "formiga: trees/look.yaml: the file and what it imports are too large: an engine takes at most 1,000,000 bytes at"
@@ -156,17 +163,17 @@ def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture) -> None:
 def test_run_reads_the_file_and_requests_just_that_version(paper: Paper, capsys: Capture) -> None:
     assert run(["run", "trees/look.yaml", "-p", "n=1", "--by", "eve"]) == 0
     assert capsys.readouterr().out == "Look-1\n"
-    body = {"task": "Look", "params": {"n": "1"}, "priority": None, "by": "eve", "bundle": "ab"}
+    body = {**REQUEST, "params": {"n": "1"}, "bundle": "ab"}
     assert paper.sent[1:] == [("/v1/tasks", body)]
 
 
 def test_run_of_a_name_sends_no_file(paper: Paper) -> None:
     assert run(["run", "Look", "--by", "eve"]) == 0
-    assert paper.sent == [("/v1/tasks", {"task": "Look", "params": {}, "priority": None, "by": "eve"})]
+    assert paper.sent == [("/v1/tasks", REQUEST)]
 
 
 def test_one_that_is_not_approved_tells_how_to_approve_the_file(paper: Paper, capsys: Capture) -> None:
-    paper.refusal = ApiError("not_approved", "Look is not approved as it is now", "", 403)
+    paper.refusal = ApiError("not_approved", "Look is not approved as it is now", status=403)
     assert run(["run", "trees/look.yaml"]) == 1
     assert "next: formiga approve trees/look.yaml --by NAME\n" in capsys.readouterr().err
 

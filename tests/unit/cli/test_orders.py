@@ -2,15 +2,32 @@
 
 import io
 import sys
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
+from formiga_bt.base.clock import SECOND
 from formiga_bt.cli.app import run
-from formiga_bt.cli.client import ApiError
 from formiga_bt.cli.operator.down import losses
 from formiga_bt.cli.operator.why import suggestions
+from formiga_bt.client import ApiError, UnknownId
+from formiga_bt.show.facts import (
+    AgentFact,
+    CheckFact,
+    LockdownFact,
+    OrderDone,
+    OrderedFact,
+    OrderFact,
+    OrderReply,
+    Point,
+    PreflightFact,
+    SkippedFact,
+    TaskFact,
+)
+from tests.unit.cli.paper import NO_LOCKDOWN, PaperClient, agents, reply, tasks
 
 Capture = pytest.CaptureFixture[str]
 VERBS = (
@@ -27,56 +44,61 @@ VERBS = (
     "operator.tasks",
     "orders.hurry",
 )
-NO_LOCKDOWN = {"on": False, "how": "", "by": "", "unix_millis_at": None, "text": ""}
-LOCKDOWN = {"on": True, "how": "return", "by": "eve", "unix_millis_at": 1, "text": "LOCKDOWN (return) by eve"}
+LOCKDOWN = LockdownFact(on=True, how="return", by="eve", since=1, text="LOCKDOWN (return) by eve")
 HOVERS = "hwd_1 hovers; it returns by itself in 11 min"
 NOTE = "HOLD by eve since 2 min: hovers; it returns by itself in 11 min"
 
 
-class Paper:
-    """A client that keeps what is sent and answers as it is told."""
+class Paper(PaperClient):
+    """A client that keeps what is sent and answers as it is told; hwd_1 is the only machine."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.sent: list[tuple[str, dict[str, Any]]] = []
-        self.answers: dict[str, Any] = {"/v1/agents": {"agents": [agent("hwd_1"), person()], "lockdown": NO_LOCKDOWN}}
-        self.reply: Any = reply(ordered=[{"who": "hwd_1", "text": HOVERS}])
+        self.answers: dict[str, Any] = {"/v1/agents": agents(agent("hwd_1"), person())}
+        self.reply: Any = stopped(OrderedFact("hwd_1", HOVERS))
 
-    def get(self, path: str, **query: Any) -> Any:
+    def look(self, path: str, query: Mapping[str, Any]) -> Any:
         return self.answers[path]
 
-    def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
+    def take(self, path: str, body: Any) -> Any:
+        if path.startswith("/v1/agents/") and path.split("/")[3] != "hwd_1":
+            raise UnknownId("unknown_agent", "there is none")
         self.sent.append((path, body))
         if isinstance(self.reply, ApiError):
             raise self.reply
         return self.reply
 
 
-def reply(**more: Any) -> dict[str, Any]:
-    return {
-        "ok": True, "order": "hold", "target": "hwd_1", "stands_already": False, "text": "hold is ordered for 1 machine",
-        "ordered": [], "skipped": [], "next": ["formiga continue PickUp-3", "formiga abort PickUp-3"], **more,
+def stopped(*ordered: OrderedFact, **more: Any) -> OrderReply:
+    ways = ("formiga continue PickUp-3", "formiga abort PickUp-3")
+    return reply(*ordered, **{"target": "hwd_1", "text": "hold is ordered for 1 machine", "next": ways, **more})
+
+
+def agent(name: str, **more: Any) -> AgentFact:
+    given = {
+        "id": name, "type": "hwd", "pool": "ASSIGNED", "liveness": "ALIVE", "control": "engine", "landed": "airborne",
+        "battery": 61.4, "task": "PickUp-3", "role": "drone", "home": "p3", **more,
     }  # fmt: skip
+    return AgentFact(**given)
 
 
-def agent(name: str, **more: Any) -> dict[str, Any]:
-    return {
-        "id": name, "type": "hwd", "human": False, "pool": "ASSIGNED", "liveness": "ALIVE", "control": "engine",
-        "landed": "airborne", "battery": 61.4, "position": None, "port": "", "task": "PickUp-3",
-        "role": "drone", "action": "",
-        "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "next": [], "taken": False, "breach": "",
-        "on_link_loss": "return", "quarantine": "", "rebooted": False, "refused": "", "bad": 0, **more,
-    }  # fmt: skip
-
-
-def person() -> dict[str, Any]:
+def person() -> AgentFact:
     return agent("picker_1", human=True, type="picker", task="")
 
 
-def task(name: str, **more: Any) -> dict[str, Any]:
-    return {
-        "id": name, "status": "ACTIVE", "held": [], "throttled": False, "orders": [], "section": "steps", "priority": "medium",
-        "unix_millis_submitted": 0, "duration_s": 12.0, "agents": ["hwd_1"], "code": "", "reason": "", **more,
+def order(name: str = "hwd_1", *following: str, **more: Any) -> OrderFact:
+    given = {
+        "stop": "hold", "by": "eve", "scope": "agent", "why": "", "state": "open", "task": "", "since": 0, "text": HOVERS,
+        "note": NOTE, **more,
     }  # fmt: skip
+    return OrderFact(agent=name, next=following, **given)
+
+
+def task(name: str, **more: Any) -> TaskFact:
+    return TaskFact(
+        **{"id": name, "name": "PickUp", "status": "ACTIVE", "section": "steps", "agents": ("hwd_1",), **more}
+    )
 
 
 @pytest.fixture
@@ -129,26 +151,26 @@ def test_continue_without_a_target_names_what_is_held(paper: Paper, capsys: Capt
         (1, "formiga continue T-0"),
         (5, "formiga continue T-0, formiga continue T-1, formiga continue T-2 ..."),
     ):
-        paper.answers["/v1/tasks"] = {"tasks": [task(f"T-{n}", held=["resume"]) for n in range(number)]}
+        paper.answers["/v1/tasks"] = tasks(*(task(f"T-{n}", held=("resume",)) for n in range(number)))
         assert run(["continue"]) == 2
         assert capsys.readouterr().err == f"formiga: say for what: {these}, or formiga continue --all\n"
-    paper.answers["/v1/tasks"] = {"tasks": []}
+    paper.answers["/v1/tasks"] = tasks()
     assert run(["continue"]) == 2
     assert "say for what: formiga continue hwd_1 (a machine)" in capsys.readouterr().err
     assert paper.sent == []
 
 
 def test_a_stop_of_all_tells_who_did_not_get_it_and_exits_with_no(paper: Paper, capsys: Capture) -> None:
-    lost = {"who": "hwd_2", "code": "agent_lost", "text": "hwd_2 is not heard of", "hint": "find it"}
-    paper.reply = reply(skipped=[{**lost, "may_be_airborne": True}])
+    lost = SkippedFact(who="hwd_2", code="agent_lost", text="hwd_2 is not heard of", hint="find it")
+    paper.reply = stopped(skipped=(replace(lost, may_be_airborne=True),))
     assert run(["return", "--all"]) == 1
     assert capsys.readouterr().out.splitlines()[1:] == ["  NOT hwd_2: is not heard of (agent_lost)", "      -> find it"]
-    paper.reply = reply(skipped=[{**lost, "may_be_airborne": False}])
+    paper.reply = stopped(skipped=(lost,))
     assert run(["return", "--all"]) == 0
 
 
 def test_a_refusal_is_told_with_what_helps(paper: Paper, capsys: Capture) -> None:
-    paper.reply = ApiError("cannot_continue", "Explore may not be done twice", "formiga restart T-1", 409)
+    paper.reply = ApiError("cannot_continue", "Explore may not be done twice", help="formiga restart T-1")
     assert run(["continue", "T-1"]) == 1
     assert capsys.readouterr().err == "formiga: Explore may not be done twice\n  help: formiga restart T-1\n"
 
@@ -197,7 +219,7 @@ def test_a_machine_that_was_removed_is_named_twice(
     paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(""))
-    paper.reply = {"ok": True, "text": "hwd_1 counts as removed"}
+    paper.reply = OrderDone("hwd_1 counts as removed")
     assert run(["agents", "removed", "hwd_1"]) == 2
     assert "confirm it with --yes-removed hwd_1" in capsys.readouterr().err
     assert run(["agents", "removed", "hwd_1", "--yes-removed", "hwd_2"]) == 2
@@ -221,7 +243,7 @@ def test_at_a_terminal_the_name_of_what_was_removed_is_asked_for(
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr(sys, "stdin", terminal)
     monkeypatch.setattr("typer.prompt", lambda _, **__: typed)
-    paper.reply = {"ok": True, "text": "hwd_1 counts as removed"}
+    paper.reply = OrderDone("hwd_1 counts as removed")
     assert run(["agents", "removed", "hwd_1"]) == code
     assert len(paper.sent) == sent
     assert (capsys.readouterr().err.startswith("that is not hwd_1; nothing was done")) == (code == 1)
@@ -266,14 +288,13 @@ def test_a_handback_wants_exactly_one_way(paper: Paper, words: list[str], capsys
 
 
 def test_the_former_word_for_handback_still_ends_the_step(paper: Paper) -> None:
-    paper.reply = {"ok": True, "text": "hwd_1 is the engine's again"}
     assert run(["agents", "handback", "hwd_1"]) == 0
     assert paper.sent[0][0] == "/v1/agents/hwd_1/handback"
 
 
 def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, capsys: Capture) -> None:
-    checks = [{"check": "armable", "ok": True, "text": ""}, {"check": "gnss", "ok": False, "text": "4 satellites"}]
-    found = {"agent": "hwd_1", "ok": False, "airborne": False, "required": True, "checks": checks, "text": ""}
+    checks = (CheckFact("armable", True, ""), CheckFact("gnss", False, "4 satellites"))
+    found = PreflightFact(agent="hwd_1", ok=False, required=True, checks=checks, text="")
     paper.answers["/v1/agents/hwd_1/preflight"] = found
     assert run(["preflight"]) == 1  # people are left out
     assert capsys.readouterr().out.splitlines() == [
@@ -282,30 +303,29 @@ def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, caps
         "hwd_1  gnss     NO  4 satellites",
         "this site grants no machine that is not ready: hwd_1",
     ]
-    paper.answers["/v1/agents/hwd_1/preflight"] = {**found, "ok": True, "checks": checks[:1]}
+    paper.answers["/v1/agents/hwd_1/preflight"] = replace(found, ok=True, checks=checks[:1])
     assert run(["preflight", "hwd_1"]) == 0
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------------
 def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture) -> None:
     """Of a task that may not be continued: restart. Two machines of one task are told once, one on its way not at all."""
-    order = {"agent": "", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
-    ways = ["formiga restart PickUp-3", "formiga abort PickUp-3"]
-    agents = [
-        agent("hwd_1", order=order, next=ways),
-        agent("hwd_2", order=order, next=ways),
-        agent("hwd_3", order=order, next=["formiga agents"]),
-        agent("hwd_4", order=order, next=["formiga continue hwd_4"]),
-        agent("hwd_5", order={**order, "scope": "engine"}, next=["formiga why PickUp-3"]),
-    ]
-    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": NO_LOCKDOWN}
+    ways = ("formiga restart PickUp-3", "formiga abort PickUp-3")
+    orders = (
+        order("hwd_1", *ways),
+        order("hwd_2", *ways),
+        order("hwd_3", "formiga agents"),
+        order("hwd_4", "formiga continue hwd_4"),
+        order("hwd_5", "formiga why PickUp-3", scope="engine"),
+    )
+    paper.answers["/v1/agents"] = agents(*(agent(one.agent, order=NOTE) for one in orders), orders=orders)
     assert run(["agents"]) == 0
     assert capsys.readouterr().err == "next: formiga restart PickUp-3    or: formiga continue hwd_4\n"
 
 
 def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capture) -> None:
     twice = agent("hwd_1", pool="QUARANTINED", quarantine="double")
-    paper.answers["/v1/agents"] = {"agents": [twice], "lockdown": NO_LOCKDOWN}
+    paper.answers["/v1/agents"] = agents(twice)
     assert run(["agents"]) == 0
     said = capsys.readouterr()
     assert "double" in said.out.splitlines()[1]
@@ -313,13 +333,13 @@ def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capt
 
 
 def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
-    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
-    agents = [
-        agent("hwd_1", order=order, next=["formiga lockdown release"], breach="!reserve"),
+    found = (
+        agent("hwd_1", order=NOTE, breach="reserve"),
         agent("hwd_2", taken=True),
         agent("hwd_3", control="pilot"),
-    ]
-    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": LOCKDOWN}
+    )
+    stands = order("hwd_1", "formiga lockdown release")
+    paper.answers["/v1/agents"] = agents(*found, orders=(stands,), lockdown=LOCKDOWN)
     assert run(["agents"]) == 0
     said = capsys.readouterr()
     lines = said.out.splitlines()
@@ -331,9 +351,8 @@ def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsy
 
 
 def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: Capture) -> None:
-    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
-    stopped = task("PickUp-3", held=["operator:hwd_1"], orders=[order])
-    paper.answers["/v1/tasks"] = {"tasks": [task("Move-4"), stopped], "total": 2, "lockdown": LOCKDOWN}
+    held = task("PickUp-3", held=("operator:hwd_1",))
+    paper.answers["/v1/tasks"] = tasks(task("Move-4", agents=()), held, orders=(order(),), lockdown=LOCKDOWN)
     assert run(["tasks"]) == 0
     said = capsys.readouterr()
     lines = said.out.splitlines()
@@ -344,9 +363,9 @@ def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: 
 
 
 def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
-    tour = task("Tour-1", agents=[], parent="", children=["Move-2", "Move-3"])
-    move = task("Move-2", parent="Tour-1", children=[], held=["operator"])
-    paper.answers["/v1/tasks"] = {"tasks": [tour, move], "total": 2, "lockdown": {"on": False}}
+    tour = task("Tour-1", agents=(), children=("Move-2", "Move-3"))
+    move = task("Move-2", parent="Tour-1", held=("operator",))
+    paper.answers["/v1/tasks"] = tasks(tour, move)
     assert run(["tasks"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].endswith("  requested Move-2 Move-3")
@@ -355,15 +374,14 @@ def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
 
 # -- down ------------------------------------------------------------------------------------------------------------------
 def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
-    stands = {"stop": "hold", "scope": "agent", "agent": "hwd_1", "text": HOVERS, "note": NOTE}
-    agents = [agent("hwd_1", order=stands, action="GoTo"), agent("lwd_1", landed="grounded"), person()]
+    found = (agent("hwd_1", order=NOTE, action="GoTo"), agent("lwd_1", landed="grounded"), person())
 
-    assert losses({"agents": agents, "lockdown": LOCKDOWN}) == [
+    assert losses(agents(*found, orders=(order(),), lockdown=LOCKDOWN)) == [
         "hwd_1 may be in the air (GoTo): it finishes the goal it has, then nobody commands it",
         "lockdown stands: nobody keeps it until the next start, which knows it from its journal",
         "orders stand: nobody carries them out until the next start (hold of hwd_1)",
     ]
-    assert losses({"agents": [agent("lwd_1", landed="grounded"), person()], "lockdown": NO_LOCKDOWN}) == []
+    assert losses(agents(agent("lwd_1", landed="grounded"), person())) == []
 
 
 def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -376,23 +394,15 @@ def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatc
 
 
 def test_what_comes_next_is_said_once_and_no_command_that_the_answer_proposes(paper: Paper, capsys: Capture) -> None:
-    waits = [
-        {
-            "who": f"PickUp-{n}",
-            "code": "held",
-            "text": f"PickUp-{n} waits",
-            "hint": "formiga agents clear hwd_1",
-            "may_be_airborne": False,
-        }
-        for n in range(3)
-    ]
-    ways = [*(one["hint"] for one in waits), "formiga tasks", "formiga tasks", "a", "b", "c"]
-    paper.reply = reply(skipped=waits, next=ways)
+    hint = "formiga agents clear hwd_1"
+    waits = tuple(SkippedFact(who=f"PickUp-{n}", code="held", text=f"PickUp-{n} waits", hint=hint) for n in range(3))
+    ways = (*(one.hint for one in waits), "formiga tasks", "formiga tasks", "a", "b", "c")
+    paper.reply = stopped(skipped=waits, next=ways)
     assert run(["hold", "--all"]) == 0
     said = capsys.readouterr()
     assert "formiga agents clear hwd_1" in said.out
     assert said.err == "next: formiga tasks    or: a    or: b    ...\n"
-    paper.reply = reply(skipped=waits[:1], next=["formiga agents clear hwd_1"])
+    paper.reply = stopped(skipped=waits[:1], next=(hint,))
     assert run(["hold", "--all"]) == 0
     assert capsys.readouterr().err == ""
 
@@ -412,8 +422,9 @@ def test_what_is_ending_already_is_not_to_be_aborted(headline: str, says: list[s
 
 
 def test_times_of_tasks_are_said_in_units_that_fit(paper: Paper, capsys: Capture) -> None:
-    old = task("Move-1", duration_s=3 * 86_400.0)
-    paper.answers["/v1/tasks"] = {"tasks": [task("Move-4", duration_s=720.0), old], "total": 2, "lockdown": NO_LOCKDOWN}
+    now = 3 * 86_400 * SECOND
+    fresh, old = task("Move-4", submitted_at=now - 720 * SECOND), task("Move-1", submitted_at=0)
+    paper.answers["/v1/tasks"] = tasks(fresh, old, at=now)
     assert run(["tasks"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "  12 min  " in lines[1]
@@ -422,9 +433,8 @@ def test_times_of_tasks_are_said_in_units_that_fit(paper: Paper, capsys: Capture
 
 
 def test_where_a_machine_stands_is_the_name_of_the_port(paper: Paper, capsys: Capture) -> None:
-    at = {"east_m": 0.0, "north_m": 20.0, "up_m": 0.0, "lat": 66.5, "lng": 25.7}
-    agents = [agent("hwd_1", position=at, port="north"), agent("hwd_2", position=at, port="")]
-    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": NO_LOCKDOWN}
+    at = Point(0.0, 20.0)
+    paper.answers["/v1/agents"] = agents(agent("hwd_1", at=at, port="north"), agent("hwd_2", at=at))
     assert run(["agents"]) == 0
     first, second = capsys.readouterr().out.splitlines()[1:3]
     assert " north " in first

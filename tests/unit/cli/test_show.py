@@ -13,8 +13,8 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.show_live import PERIOD_S, follow, window
 from formiga_bt.cli.author.show_out import DrawingOptions
-from formiga_bt.cli.calling import NoEngine
 from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.client import NoEngine
 from formiga_bt.show.facts import Now, StepFact, TaskFact, TaskPicture, Top
 from formiga_bt.show.tree.drawing import drawing_of
 from formiga_bt.show.tree.terminal import DrawnLine, LinePiece
@@ -72,7 +72,7 @@ def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine | None], None]:
                 raise NoEngine("no engine runs for /here, or a folder above it")
             return one
 
-        monkeypatch.setattr("formiga_bt.cli.remote.connect_source", connect_source)
+        monkeypatch.setattr("formiga_bt.cli.options.connect_source", connect_source)
 
     return put
 

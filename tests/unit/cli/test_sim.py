@@ -2,20 +2,23 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import FormigaError, SiteError
 from formiga_bt.cli.app import run
-from formiga_bt.cli.calling import ApiError, NoEngine
 from formiga_bt.cli.integrator import sim_live
 from formiga_bt.cli.integrator.sim_fleet import SILENT_S, Heard
+from formiga_bt.client import NoEngine, UnknownId
 from formiga_bt.lang.scenario import ScenarioOrder, ScenarioTask
 from formiga_bt.services.simulated import _take, check_unsimulated
+from formiga_bt.show.facts import OrderReply, TaskDetail, TaskFact, TaskList, TaskRequested
 from formiga_bt.transport.messages import ClockBeat
+from tests.unit.cli.paper import PaperClient, reply, tasks
 
 Capture = pytest.CaptureFixture[str]
 
@@ -54,22 +57,23 @@ def test_orders_and_what_happened_are_told(capsys: Capture) -> None:
     assert "crashes: 0, starts near people without clearance: 0, low flights: 0" in text
 
 
-class Api:
+class Api(PaperClient):
     """Takes what would go to the engine's API."""
 
     def __init__(self, refuses: str = "") -> None:
+        super().__init__()
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self.refuses = refuses
 
-    def get(self, path: str, **query: Any) -> dict[str, Any]:
+    def look(self, path: str, query: Mapping[str, Any]) -> TaskList:
         assert (path, query) == ("/v1/tasks", {"status": "open", "limit": 10_000})
-        return {"tasks": [{"id": "PickUp-2", "task": "PickUp"}, {"id": "PickUp-9", "task": "PickUp"}]}
+        return tasks(*(TaskFact(id=f"PickUp-{n}", name="PickUp", status="ACTIVE") for n in (2, 9)))
 
-    def post(self, path: str, body: dict[str, Any]) -> dict[str, Any]:
+    def take(self, path: str, body: dict[str, Any]) -> OrderReply:
         if self.refuses:
             raise FormigaError(self.refuses)
         self.posted.append((path, body))
-        return {}
+        return reply()
 
 
 @pytest.mark.parametrize(
@@ -103,12 +107,20 @@ def test_an_order_beside_a_running_engine_may_be_refused() -> None:
     assert sim_live.give(None, order) == " is due: no API of this engine is known here, give it yourself"
 
 
-class Dying:
+def detail(task: TaskFact) -> TaskDetail:
+    return TaskDetail(
+        at=0, task=task, bundle="", run=1, outcome="", roles={}, granted=(), active_at=None, failure=None, notes=(),
+        running=(), goals=(), questions=(), actions=(), lines=(),
+    )  # fmt: skip
+
+
+class Dying(PaperClient):
     """An API of engines that die: at each call named by `dies` one does, before or after it did as it was told."""
 
     def __init__(self, *dies: str) -> None:
+        super().__init__()
         self.dies = list(dies)
-        self.tasks: list[dict[str, Any]] = [{"id": "Hover-1", "task": "Hover", "by": "scenario", "status": "FAILED"}]
+        self.known = [TaskFact(id="Hover-1", name="Hover", by="scenario", status="FAILED")]
         self.orders: list[str] = []
 
     def call(self, what: str, do: Callable[[], Any]) -> Any:
@@ -122,17 +134,18 @@ class Dying:
             raise NoEngine("gone")
         return done
 
-    def get(self, path: str, **query: Any) -> Any:
+    def look(self, path: str, query: Mapping[str, Any]) -> Any:
         if path == "/v1/tasks":
-            return self.call("list", lambda: {"tasks": self.tasks[::-1]})
-        return self.call("look", lambda: dict(next(task for task in self.tasks if task["id"] in path)))
+            return self.call("list", lambda: tasks(*self.known[::-1]))
+        return self.call("look", lambda: detail(next(task for task in self.known if task.id in path)))
 
-    def post(self, path: str, body: dict[str, Any]) -> Any:
+    def take(self, path: str, body: dict[str, Any]) -> Any:
         if path == "/v1/orders":
-            return self.call("order", lambda: self.orders.append(body["order"]))
-        made = {"id": f"{body['task']}-{len(self.tasks) + 1}", "by": body["by"], "status": "ACTIVE"}
-        self.call("post", lambda: self.tasks.append({**made, "task": body["task"], "code": "", "reason": ""}))
-        return made
+            self.call("order", lambda: self.orders.append(body["order"]))
+            return reply()
+        made = TaskFact(id=f"{body['task']}-{len(self.known) + 1}", name=body["task"], by=body["by"], status="ACTIVE")
+        self.call("post", lambda: self.known.append(made))
+        return TaskRequested(made.id)
 
 
 @pytest.mark.parametrize("dies", ["before list", "before post", "after post"])
@@ -146,10 +159,10 @@ def test_a_scenario_goes_on_with_the_next_engine_and_asks_once(dies: str) -> Non
     assert engine.orders == []  # each in its turn
     requests.go_on()
     requests.go_on()
-    assert [task["id"] for task in engine.tasks] == ["Hover-1", "Hover-2"]
+    assert [task.id for task in engine.known] == ["Hover-1", "Hover-2"]
     assert engine.orders == ["hold"]
     requests.look()
-    engine.tasks[1]["status"] = "SUCCEEDED"
+    engine.known[1] = replace(engine.known[1], status="SUCCEEDED")
     engine.dies = ["before look"]
     requests.look()
     assert not requests.are_over
@@ -169,10 +182,10 @@ def test_a_scenario_goes_on_with_the_next_engine_and_asks_once(dies: str) -> Non
 
 def test_a_task_that_the_next_engine_does_not_know_has_failed() -> None:
     class Forgetful(Dying):
-        def get(self, path: str, **query: Any) -> Any:
+        def look(self, path: str, query: Mapping[str, Any]) -> Any:
             if path == "/v1/tasks":
-                return {"tasks": []}
-            raise ApiError("unknown_task", "there is no task 'Hover-2' (any more)", "", 404)
+                return tasks()
+            raise UnknownId("unknown_task", "there is no task 'Hover-2' (any more)")
 
     told = list[str]()
     api = sim_live.Api(Forgetful, told.append)  # type: ignore[arg-type]

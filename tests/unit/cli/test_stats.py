@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli import remote
 from formiga_bt.cli.app import run as main
 from formiga_bt.show.facts import Spread, Stats
 
@@ -26,7 +25,7 @@ class Engine:
 @pytest.fixture
 def engine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Engine:
     engine = Engine()
-    monkeypatch.setattr(remote, "connect_source", lambda *_: engine)
+    monkeypatch.setattr("formiga_bt.cli.options.connect_source", lambda *_: engine)
     monkeypatch.chdir(tmp_path)
     return engine
 

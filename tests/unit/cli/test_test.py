@@ -9,6 +9,7 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.params import of_profile_by_name
+from formiga_bt.show.facts import LibraryTask, ParamFact
 
 TREES = Path(__file__).parents[3] / "trees"
 MOVE = str(TREES / "move_task.test.yaml")
@@ -144,8 +145,8 @@ class TestProfiles:
         assert of_profile_by_name("", "Circle", []) == {}
 
     def test_a_request_by_alias_gets_them_too(self) -> None:
-        params = [{"name": "radius", "aliases": ["r"]}, {"name": "points", "aliases": []}]
-        library = [{"task": "Circle", "aliases": ["CircleTask"], "params": params}]
+        params = (ParamFact(name="radius", type="distance", aliases=("r",)), ParamFact(name="points", type="int"))
+        library = [LibraryTask(task="Circle", aliases=("CircleTask",), description="", file="", params=params)]
         assert of_profile_by_name("paper-code", "CircleTask", [], library) == {"radius": "5 m", "points": "360"}
         assert of_profile_by_name("paper-code", "CircleTask", ["r"], library) == {"points": "360"}
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli.visible import visible, visible_json
+from formiga_bt.base.visible import visible, visible_json
 from tests.unit.services.conftest import Start
 from tests.unit.services.conftest import start as start
 

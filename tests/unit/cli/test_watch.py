@@ -7,21 +7,24 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.calling import ApiError, NoEngine
 from formiga_bt.cli.operator import watch as module
+from formiga_bt.client import ApiError, NoEngine
+from formiga_bt.show.facts import OrderDone, OrderedFact, SkippedFact
 from formiga_bt.show.watch.orders import WatchOrder, WatchReply
+from tests.unit.cli.paper import PaperClient, reply
 
 PLACE = module.EngineOptions(None, "", None)
 
 
-class Paper:
+class Paper(PaperClient):
     """A client that keeps what is sent and answers as it is told."""
 
     def __init__(self, reply: Any) -> None:
+        super().__init__()
         self.sent: list[tuple[str, dict[str, Any]]] = []
         self.reply = reply
 
-    def post(self, path: str, body: dict[str, Any]) -> Any:
+    def take(self, path: str, body: dict[str, Any]) -> Any:
         self.sent.append((path, body))
         if isinstance(self.reply, Exception):
             raise self.reply
@@ -59,14 +62,17 @@ def sent(monkeypatch: pytest.MonkeyPatch, given: WatchOrder, reply: Any) -> Watc
     ],
 )
 def test_the_call_of_each_order(given: WatchOrder, path: str, body: dict[str, Any]) -> None:
-    assert module.call_of(given, "eve") == (path, body)
+    paper = Paper(reply())
+    assert module.carry(paper, given, "eve")
+    assert paper.sent == [(path, body)]
 
 
 def test_a_reply_says_who_got_it_and_what_comes_next(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = {
-        "text": "hold is ordered for 1 machine", "ordered": [{"who": "hwd_1", "text": "hwd_1 hovers"}],
-        "skipped": [], "next": ["formiga continue PickUp-3", "formiga abort PickUp-3"],
-    }  # fmt: skip
+    said = reply(
+        OrderedFact("hwd_1", "hwd_1 hovers"),
+        text="hold is ordered for 1 machine",
+        next=("formiga continue PickUp-3", "formiga abort PickUp-3"),
+    )
     assert sent(monkeypatch, order("hold"), said) == WatchReply(
         "hold is ordered for 1 machine\n  hwd_1 hovers\n"
         "next: formiga continue PickUp-3    or: formiga abort PickUp-3"
@@ -74,16 +80,15 @@ def test_a_reply_says_who_got_it_and_what_comes_next(monkeypatch: pytest.MonkeyP
 
 
 def test_a_machine_in_the_air_that_did_not_get_it_is_no_good_reply(monkeypatch: pytest.MonkeyPatch) -> None:
-    skipped = {"who": "hwd_2", "code": "agent_lost", "text": "hwd_2 is lost", "hint": "", "may_be_airborne": True}
-    said = {"text": "hold is ordered for 0 machines", "ordered": [], "skipped": [skipped], "next": []}
-    reply = sent(monkeypatch, order("hold"), said)
-    assert (reply.text, reply.good) == ("hold is ordered for 0 machines\n  NOT hwd_2: is lost (agent_lost)", False)
+    skipped = SkippedFact(who="hwd_2", code="agent_lost", text="hwd_2 is lost", may_be_airborne=True)
+    said = sent(monkeypatch, order("hold"), reply(text="hold is ordered for 0 machines", skipped=(skipped,)))
+    assert (said.text, said.good) == ("hold is ordered for 0 machines\n  NOT hwd_2: is lost (agent_lost)", False)
 
 
 def test_a_refusal_is_a_reply_and_silence_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    refused = sent(monkeypatch, order("clear"), ApiError("not_quarantined", "hwd_1 is not quarantined", "", 409))
+    refused = sent(monkeypatch, order("clear"), ApiError("not_quarantined", "hwd_1 is not quarantined"))
     assert refused == WatchReply("REFUSED: hwd_1 is not quarantined", good=False)
-    assert sent(monkeypatch, order("clear"), {"text": "hwd_1 is asked what it still does"}).good
+    assert sent(monkeypatch, order("clear"), OrderDone("hwd_1 is asked what it still does")).good
     with pytest.raises(NoEngine):
         sent(monkeypatch, order("hold"), NoEngine("it does not answer"))
 
@@ -98,7 +103,7 @@ def test_an_engine_that_went_away_is_looked_for_anew(monkeypatch: pytest.MonkeyP
             return "now"
 
     found = [Gone(), Back()]
-    monkeypatch.setattr("formiga_bt.cli.remote.connect_source", lambda *_: found.pop(0))
+    monkeypatch.setattr("formiga_bt.cli.options.connect_source", lambda *_: found.pop(0))
     engine = module.HttpSource(PLACE)
     with pytest.raises(NoEngine):
         engine.now()

@@ -9,7 +9,6 @@ from formiga_bt.engine.kernel.pace import throttled
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.model import WAKES_A_SECOND
-from formiga_bt.services.replies.shown import task_out
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.records import task_fact
 from formiga_bt.show.history.urgency import UrgencyIndex
@@ -111,4 +110,3 @@ def test_people_see_that_a_task_is_throttled(make: Make) -> None:
 
     assert "throttled" in [one.code for one in running(scene, record)]
     assert task_fact(UrgencyIndex(Ledger(state=state), yard.now), record).throttled_since is not None
-    assert task_out(state, record, yard.now).throttled

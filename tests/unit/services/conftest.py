@@ -101,17 +101,19 @@ class Service:
         status, found = self.call(method, path, body, headers)
         assert status >= 400, found
         assert found["status"] == status
-        assert set(found) >= {"code", "text", "hint"}
+        assert set(found) >= {"code", "text", "help"}
         return found
 
     def submit(self, task: str, **params: Any) -> str:
         return str(self.post("/v1/tasks", {"task": task, "params": params})["id"])
 
     def task(self, task_id: str) -> Any:
-        return self.get(f"/v1/tasks/{task_id}")
+        """Return everything about a task, with the fields of its fact beside the others."""
+        detail = self.get(f"/v1/tasks/{task_id}")
+        return {**detail, **detail["task"]}
 
     def ends(self, task_id: str) -> Any:
-        self.wait(lambda: self.task(task_id)["section"] == "done")
+        self.wait(lambda: self.task(task_id)["ended_at"])
         return self.task(task_id)
 
     def codes(self, task_id: str) -> list[str]:
@@ -179,7 +181,7 @@ def starter(tmp_path: Path) -> Start:
             service = Service(host, wire)
             wire.add("lwd_1", "lwd", world.site.ports["p1"].at)
             service.wait(lambda: len(service.get("/v1/agents")["agents"]) == 2)
-            service.wait(lambda: service.get("/v1/agents")["agents"][0]["position"] is not None)
+            service.wait(lambda: service.get("/v1/agents")["agents"][0]["at"])
             yield service
 
     return begin

@@ -83,17 +83,17 @@ def test_an_answer_that_is_not_on_disk_is_told_to_be_unkept(room: Room) -> None:
 
 def test_an_answer_that_came_too_late_is_refused(room: Room) -> None:
     room.once_answered(lambda: room.driver.feed(inp.Abort(room.task)), room.driver.drain)
-    with pytest.raises(Refused, match=r"^Q1 is closed: it was answered, withdrawn or has lapsed$") as told:
+    with pytest.raises(Refused, match=r"^Q1 is closed: it was answered, withdrawn or has lapsed\n") as told:
         room.answering.answer(room.asked(), "yes")
     assert told.value.code == "answer_late"
 
 
 def test_an_answer_that_the_engine_does_not_take_is_not_told_to_be_there(room: Room) -> None:
     with pytest.raises(
-        Refused, match=r"^Q1: the answer is on its way, but the engine did not take it within 0 s$"
+        Refused, match=r"^Q1: the answer is on its way, but the engine did not take it within 0 s\n"
     ) as told:
         room.answering.answer(room.asked(), "yes")
-    assert (told.value.code, told.value.hint) == ("no_reply", "formiga inbox tells whether it is still open")
+    assert (told.value.code, told.value.help) == ("no_reply", "formiga inbox tells whether it is still open")
 
 
 def test_nothing_wrong_is_handed_in(room: Room) -> None:

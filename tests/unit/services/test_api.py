@@ -78,7 +78,7 @@ def test_a_running_task_shows_what_it_does(start: Start) -> None:
 @pytest.mark.parametrize(
     ("body", "status", "code", "says"),
     [
-        ({"task": "Hallo"}, 404, "unknown_task", "did you mean 'Hello'?"),
+        ({"task": "Hallo"}, 404, "unknown_task", '"near": ["Hello"]'),
         ({"task": "Hello", "params": {"hight": "3 m"}}, 422, "bad_params", "no parameter 'hight'"),
         ({"task": "Hello", "params": {"height": "30"}}, 422, "bad_params", "needs a unit"),
         ({"task": "Hello", "params": {"height": "30 kg"}}, 422, "bad_params", "kg"),
@@ -269,7 +269,7 @@ def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start) -
         path = "/v1/agents/lwd_1/removed"
         refused = service.refused("POST", path, {"by": "eve"})
         assert refused["code"] == "not_confirmed"
-        assert refused["hint"].startswith('confirm it with the machine\'s id: {"confirmed": "lwd_1"}')
+        assert refused["help"].startswith('confirm it with the machine\'s id: {"confirmed": "lwd_1"}')
         word = {"by": "eve", "confirmed": "lwd_1"}
         assert service.refused("POST", path, word)["code"] == "still_heard"
 
@@ -282,7 +282,7 @@ def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start) -
             "lwd_1 counts as removed: its way and its place are free; when it is back and fit: formiga agents clear lwd_1"
         )
         (found,) = [one for one in service.get("/v1/agents")["agents"] if one["id"] == "lwd_1"]
-        assert (found["quarantine"], found["position"]) == ("removed", None)
+        assert (found["quarantine"], found["at"]) == ("removed", None)
 
 
 def test_why_tells_where_a_task_failed(start: Start) -> None:
@@ -331,7 +331,7 @@ def test_one_question_at_a_time_is_shown(service: Service) -> None:
 
     problem = service.refused("POST", "/v1/inbox/Q2/answer", {"option": "yes_it_is"})
 
-    assert (problem["code"], problem["hint"]) == ("not_shown", "answer Q1 first")
+    assert (problem["code"], problem["help"]) == ("not_shown", "answer Q1 first")
 
 
 def test_a_question_to_somebody_elsewhere_says_who_answers(start: Start) -> None:
@@ -469,10 +469,10 @@ def test_a_bug_that_stops_the_engine_is_told(service: Service) -> None:
 def test_ids_go_on_after_a_restart(start: Start) -> None:
     with start() as service:
         assert service.submit("Stay") == "Stay-1"
-        time_before = service.get("/v1/health")["unix_millis_now"]
+        time_before = service.get("/v1/health")["at"]
     with start() as service:
         assert service.submit("Stay") == "Stay-2"
-        assert service.get("/v1/health")["unix_millis_now"] >= time_before
+        assert service.get("/v1/health")["at"] >= time_before
 
 
 def test_a_deposed_engine_says_so_and_its_next_start_has_an_epoch_that_its_agents_accept(service: Service) -> None:
@@ -488,7 +488,7 @@ def test_tasks_under_way_are_listed_before_all_others(start: Start) -> None:
     with start(auto=False) as service:
         fly = {"target": "lake_shore", "height": "30 m"}
         first = service.submit("Hello", **fly)
-        service.wait(lambda: service.get(f"/v1/tasks/{first}")["status"] == "ACTIVE")
+        service.wait(lambda: service.task(first)["status"] == "ACTIVE")
         waiting = [service.submit("Hello", **fly) for _ in range(3)]  # there is one machine
         assert [one["id"] for one in service.get("/v1/tasks")["tasks"]] == [first, *reversed(waiting)]
         assert [one["id"] for one in service.get("/v1/tasks?limit=1")["tasks"]] == [first]
@@ -499,7 +499,7 @@ def test_agents_are_listed_by_name_and_one_at_a_port_by_the_ports_name(service: 
     port = next(port for port in site.ports.values() if port.name != "p1")
     for name in ("lwd_10", "lwd_9"):
         service.wire.add(name, "lwd", port.at if name == "lwd_9" else Place(0.0, 300.0))
-    service.wait(lambda: len([a for a in service.get("/v1/agents")["agents"] if a["position"]]) >= 3)
+    service.wait(lambda: len([a for a in service.get("/v1/agents")["agents"] if a["at"]]) >= 3)
 
     machines = [a for a in service.get("/v1/agents")["agents"] if not a["human"]]
     assert [a["id"] for a in machines] == ["lwd_1", "lwd_9", "lwd_10"]

@@ -51,7 +51,7 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
             said = service.refused("POST", "/v1/tasks", {"task": name})
             assert (said["status"], said["code"]) == (409, "not_served")
             assert said["text"] == f"{name} is not served: its file was refused at the start: {bad.why}"
-            assert said["hint"] == (
+            assert said["help"] == (
                 "formiga check trees/bad.yaml --site site.yaml tells all; when it is mended: formiga load trees/bad.yaml"
             )
         assert service.refused("POST", "/v1/tasks", {"task": "Worse"})["code"] == "unknown_task"
@@ -73,8 +73,8 @@ def test_a_file_that_was_written_after_the_start_is_told_of_to_whoever_asks_for_
 
     assert (said["status"], said["code"]) == (other["status"], other["code"]) == (404, "unknown_task")
     assert said["text"] == "there is no task 'Late': its file was not read at the start"
-    assert said["hint"] == f"formiga load {tmp_path}/trees/late.yaml"
-    assert "load" not in other["hint"]
+    assert said["help"] == f"formiga load {tmp_path}/trees/late.yaml"
+    assert "load" not in other["help"]
 
 
 def test_what_is_refused(start: Start) -> None:

@@ -76,7 +76,7 @@ def test_what_does_not_approve(real: Start, change: dict[str, Any], status: int,
         refused = service.refused("POST", "/v1/approvals", {**body(service), **change})
         assert (refused["status"], refused["code"]) == (status, code)
         assert service.get("/v1/approvals")["others"] == []
-        assert all(not t["approved_by"] for t in service.get("/v1/approvals")["tasks"])
+        assert all(not t["approval"] for t in service.get("/v1/approvals")["tasks"])
 
 
 def test_an_approval_outlives_the_engine_until_it_is_taken_back_and_duty_does_not(real: Start, tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_an_approval_outlives_the_engine_until_it_is_taken_back_and_duty_does_no
         given = service.get("/v1/approvals")["tasks"]
     with real() as service:
         assert service.get("/v1/approvals")["tasks"] == given
-        assert not service.get("/v1/pilots")["pilots"][0]["on"]
+        assert not service.get("/v1/pilots")["pilots"][0]["since"]
         assert len((folder / APPROVALS).read_text().splitlines()) == 1
         said = service.post("/v1/approvals", body(service, by="bob", revoke=True))["text"]
         assert said.endswith("is taken back")
@@ -108,7 +108,7 @@ def test_what_was_taken_back_right_before_a_kill_stands_no_more(real: Start, tmp
         assert service.refused("POST", "/v1/tasks", {"task": "Hello", "by": "rita"})["code"] == "not_approved"
         service.post("/v1/approvals", body(service))
     with real(journal=JournalAt(durability="normal")) as service:
-        assert [t["approved_by"] for t in service.get("/v1/approvals")["tasks"] if t["task"] == "Hello"] == ["ann"]
+        assert [t["approval"]["by"] for t in service.get("/v1/approvals")["tasks"] if t["task"] == "Hello"] == ["ann"]
 
 
 def test_the_last_word_about_an_approval_counts(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_an_approval_of_another_version_is_listed_and_does_not_count(real: Start
     keep(tmp_path / ".formiga/meadow", digest="ab" * 32, task="Hello", by="ann", at=1_800_000_000_000_000)
     with real() as service:
         (other,) = service.get("/v1/approvals")["others"]
-        assert other == {"task": "Hello", "digest": "ab" * 32, "by": "ann", "unix_millis": 1_800_000_000_000}
+        assert other == {"task": "Hello", "digest": "ab" * 32, "by": "ann", "at": 1_800_000_000_000_000}
         assert service.refused("POST", "/v1/tasks", {"task": "Hello"})["code"] == "not_approved"
 
 
@@ -138,7 +138,12 @@ def test_pilots_and_what_flies_under_their_names(real: Start) -> None:
         service.wait(lambda: service.task(task_id)["goals"])
 
         (pia,) = service.get("/v1/pilots")["pilots"]
-        assert (pia["pilot"], pia["on"], pia["max_airborne"], pia["machines"]) == ("pia", True, 1, ["lwd_1"])
+        assert (pia["pilot"], pia["since"] is None, pia["max_airborne"], pia["machines"]) == (
+            "pia",
+            False,
+            1,
+            ["lwd_1"],
+        )
         said = service.post("/v1/pilots/pia/duty", {"on": False})["text"]
         assert said == "pia is off duty; still under that name: lwd_1"
         assert service.refused("POST", "/v1/pilots/ann/duty", {"on": True})["code"] == "unknown_pilot"

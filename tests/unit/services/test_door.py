@@ -8,7 +8,7 @@ import pytest
 
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import SiteError
-from formiga_bt.cli.calling import LocalConnection
+from formiga_bt.client.calls import LocalConnection
 from formiga_bt.services.http import server
 from tests.unit.services.conftest import Service, Start, make_real
 

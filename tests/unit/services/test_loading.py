@@ -12,8 +12,8 @@ from formiga_bt.engine.kernel.replies import Accepted, Refusal, Reply
 from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.replies.library_models import LoadOut
 from formiga_bt.services.view import EngineView
+from formiga_bt.show.facts import TaskLoaded
 from tests.unit.engine.yard import CART, task, yard
 
 SITE, CATALOGUE = yard()
@@ -45,7 +45,7 @@ class Rig:
             raise Refused(done.reply.code, done.reply.text)
         return done.reply
 
-    def load(self, text: str = ONE, file: str = FILE, **more: str) -> LoadOut:
+    def load(self, text: str = ONE, file: str = FILE, **more: str) -> TaskLoaded:
         return self.loading.load(file, {file: text, **more}, "eve", 1_800_000_000_000)
 
 
@@ -76,8 +76,8 @@ def test_a_changed_one_is_a_new_version_and_open_tasks_are_named(rig: Rig) -> No
     (_, shown) = rig.loading.library().tasks
     assert (shown.task, shown.version, shown.bundle) == ("Try", 2, said.bundle)
     assert [(one.version, one.bundle, one.tasks) for one in shown.versions] == [
-        (1, first.bundle, ["Try-1"]),
-        (2, said.bundle, []),
+        (1, first.bundle, ("Try-1",)),
+        (2, said.bundle, ()),
     ]
 
 
@@ -108,7 +108,7 @@ def test_what_the_engine_finds_wrong_is_told_and_nothing_is_kept(rig: Rig) -> No
     with pytest.raises(Refused) as told:
         rig.load(ONE.replace("cart.Park", "cart.Fly"))
 
-    assert (told.value.code, str(told.value)) == ("bad_task", "trees/try.yaml has 1 error; it is not served")
+    assert (told.value.code, told.value.text) == ("bad_task", "trees/try.yaml has 1 error; it is not served")
     assert told.value.problems[0].startswith("trees/try.yaml:4:")
     assert list(rig.store.path.iterdir()) == []
     assert rig.given == []

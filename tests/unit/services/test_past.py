@@ -6,8 +6,9 @@ import msgspec
 import pytest
 
 from formiga_bt.base.errors import TaskError
+from formiga_bt.cli.options import connect_source
 from formiga_bt.cli.past import source_of
-from formiga_bt.cli.remote import RemotePast, connect_source
+from formiga_bt.client import PastClient
 from formiga_bt.services.http.past_routes import PastTask
 from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.show.facts import Chart, Now, Stats, Timeline
@@ -24,9 +25,9 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         service.wait(lambda: service.get("/v1/inbox")["questions"])
         (question,) = service.get("/v1/inbox")["questions"]
         number, option, person = question["number"], question["options"][0], question["asked"][0]
-        asked = service.get("/v1/health")["unix_millis_now"]
+        asked = service.get("/v1/health")["at"] // 1000
         service.post(f"/v1/inbox/{number}/answer", {"option": option, "by": person})
-        service.wait(lambda: service.get(f"/v1/tasks/{task}")["section"] == "done")
+        service.wait(lambda: service.task(task)["ended_at"])
         service.wait(lambda: service.get(f"/v1/past/tasks/{task}")["picture"]["task"].get("ended_at"))
 
         before = msgspec.convert(service.get(f"/v1/past?at={asked}"), Now)
@@ -45,7 +46,7 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         assert msgspec.convert(service.get("/v1/past/chart"), Chart).site == "meadow"
         assert [one.name for one in msgspec.convert(service.get("/v1/past/stats"), Stats).tasks] == ["Ask"]
 
-        past = RemotePast(connect_source(url=service.url).client, f"{task} start")
+        past = PastClient(connect_source(url=service.url), f"{task} start")
         assert then.picture == past.task(task)
         assert (f"{task} {then.picture.task.status}", list(then.because)) == past.why(task)
         assert then.picture.at == past.now().at
@@ -61,7 +62,7 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         early = service.refused("GET", f"/v1/past/tasks/{task}?at=start")
         assert (early["code"], early["status"]) == ("not_yet", 404)
         assert early["text"].startswith(f"{task} was requested at ")
-        assert early["hint"] == f'--at "{task} start" is its beginning, --at "{task} end" its end'
+        assert early["help"] == f'--at "{task} start" is its beginning, --at "{task} end" its end'
 
 
 def test_a_task_that_a_running_engine_forgot_is_found_in_its_journal(

@@ -55,8 +55,8 @@ def code(proofs: Proofs, person: str, secret: str) -> str:
     except Refused as refused:
         found.append(refused)
     for one in found:
-        assert one.hint
-        assert not secret or secret not in f"{one} {one.hint}"
+        assert one.help
+        assert not secret or secret not in f"{one} {one.help}"
     return found[0].code if found else ""
 
 
@@ -162,7 +162,7 @@ def approve(service: Service, **headers: str) -> Any:
 
 
 def refusal(answer: tuple[int, Any]) -> tuple[int, str]:
-    assert answer[1]["hint"]
+    assert answer[1]["help"]
     return answer[0], answer[1]["code"]
 
 
@@ -174,8 +174,8 @@ def test_nobody_approves_or_goes_on_duty_without_a_secret_of_their_own(real: Sta
             word = {"Formiga-Secret": said}
             assert refusal(approve(service, **word)) == (403, known)
             assert refusal(service.call("POST", "/v1/pilots/pia/duty", {"on": True}, word)) == (403, known)
-        assert not service.get("/v1/pilots")["pilots"][0]["on"]
-        assert not any(one["approved_by"] for one in service.get("/v1/approvals")["tasks"])
+        assert not service.get("/v1/pilots")["pilots"][0]["since"]
+        assert not any(one["approval"] for one in service.get("/v1/approvals")["tasks"])
 
         assert approve(service)[0] == 200
         assert (
@@ -183,7 +183,7 @@ def test_nobody_approves_or_goes_on_duty_without_a_secret_of_their_own(real: Sta
         )
         assert service.call("POST", "/v1/pilots/pia/duty", {"on": True, "by": "eve"})[0] == 200
         assert refusal(service.call("POST", "/v1/pilots/pia/duty", {"on": False}, {"Formiga-Secret": ""}))[0] == 403
-        assert service.get("/v1/pilots")["pilots"][0]["on"]
+        assert service.get("/v1/pilots")["pilots"][0]["since"]
         paths = service.get("/v1/openapi.json")["paths"]
         for path in ("/v1/approvals", "/v1/pilots/{pilot}/duty"):
             assert "Formiga-Secret" in [one["name"] for one in paths[path]["post"]["parameters"]]
@@ -197,7 +197,7 @@ def test_a_secret_that_is_set_or_lost_while_the_engine_runs_counts_at_once(real:
         (folder / SECRETS).unlink()
         status, said = approve(service)
         assert (status, said["code"]) == (403, "secret_missing")
-        assert "formiga access secret ann" in said["hint"]
+        assert "formiga access secret ann" in said["help"]
         write_durably(folder / SECRETS, kept)
         assert approve(service)[0] == 200
         write_secret(folder, "ann", cheap("another one of hers"))
@@ -206,7 +206,7 @@ def test_a_secret_that_is_set_or_lost_while_the_engine_runs_counts_at_once(real:
         write_durably(folder / SECRETS, kept[:-20])
         assert refusal(approve(service)) == (409, "secrets_unusable")
         service.host.house.look()
-        assert [(one["code"], one["subject"]) for one in service.get("/v1/health")["standing"]] == [
+        assert [(one["code"], one["subject"]) for one in service.get("/v1/health")["house"]] == [
             ("secrets_unusable", SECRETS)
         ]
         write_durably(folder / SECRETS, kept)

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
-from formiga_bt.cli.calling import ApiError, NoEngine, connect
 from formiga_bt.cli.operator import why
-from formiga_bt.cli.remote import RemoteSource, connect_source
+from formiga_bt.cli.options import connect_source
+from formiga_bt.client import ApiError, Client, NoEngine, connect
 from formiga_bt.engine.kernel.changes import TaskPut
 from formiga_bt.show.why.text import in_words
 from tests.unit.services.conftest import Service, starter
@@ -34,7 +34,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
 
 
 @pytest.fixture
-def remote(service: Service, monkeypatch: pytest.MonkeyPatch) -> RemoteSource:
+def remote(service: Service, monkeypatch: pytest.MonkeyPatch) -> Client:
     for name in ("FORMIGA_URL", "FORMIGA_TOKEN", "FORMIGA_TOKEN_FILE"):
         monkeypatch.delenv(name, raising=False)
     return connect_source(url=service.url)
@@ -53,7 +53,7 @@ def still(service: Service, one: Any, other: Any) -> tuple[Any, Any]:
 
 # -- equal answers -----------------------------------------------------------------------------------------------------
 def test_the_site_a_task_time_space_and_figures_are_the_same_through_http(
-    service: Service, remote: RemoteSource, monkeypatch: pytest.MonkeyPatch
+    service: Service, remote: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     near = service.host.source
     for clock in ("_clock", "_wall", "_ahead"):
@@ -75,7 +75,7 @@ def test_the_site_a_task_time_space_and_figures_are_the_same_through_http(
 
 
 @pytest.mark.parametrize("of", ["Ask-1", "Stay-2", "lwd_1", "watcher_1"])
-def test_an_explanation_is_the_same_through_http(service: Service, remote: RemoteSource, of: str) -> None:
+def test_an_explanation_is_the_same_through_http(service: Service, remote: Client, of: str) -> None:
     def plain(found: Any) -> Any:
         headline, lines = found
         return headline, [(one.code, one.hint, one.depth) for one in lines]
@@ -83,7 +83,7 @@ def test_an_explanation_is_the_same_through_http(service: Service, remote: Remot
     assert plain(remote.why(of)) == plain(service.host.source.why(of))
 
 
-def test_the_page_says_what_the_site_does(remote: RemoteSource) -> None:
+def test_the_page_says_what_the_site_does(remote: Client) -> None:
     found = remote.now()
 
     assert (found.site, found.engine, found.total, found.top.needs_you) == ("meadow", "ok", 2, 1)
@@ -93,7 +93,7 @@ def test_the_page_says_what_the_site_does(remote: RemoteSource) -> None:
 
 # -- the command -------------------------------------------------------------------------------------------------------
 def test_why_by_an_address_is_the_text_that_the_facts_make(
-    service: Service, remote: RemoteSource, capsys: pytest.CaptureFixture[str]
+    service: Service, remote: Client, capsys: pytest.CaptureFixture[str]
 ) -> None:
     why.command("Ask-1", url=service.url)
 
@@ -112,7 +112,7 @@ def test_json_is_the_answer_of_the_api(service: Service, capsys: pytest.CaptureF
 
 
 # -- what is wrong -----------------------------------------------------------------------------------------------------
-def test_an_unknown_id_says_which_are_near(remote: RemoteSource) -> None:
+def test_an_unknown_id_says_which_are_near(remote: Client) -> None:
     for ask in (remote.why, remote.task):
         with pytest.raises(TaskError, match="Ask-1") as refused:
             ask("Ask-11")
@@ -120,7 +120,7 @@ def test_an_unknown_id_says_which_are_near(remote: RemoteSource) -> None:
 
 
 @pytest.mark.parametrize("of", HOSTILE)
-def test_hostile_ids_are_unknown_and_nothing_else(remote: RemoteSource, of: str) -> None:
+def test_hostile_ids_are_unknown_and_nothing_else(remote: Client, of: str) -> None:
     for ask in (remote.why, remote.task, lambda one: remote.timeline([one]), lambda one: remote.chart([one])):
         with pytest.raises(FormigaError) as refused:
             ask(of)
@@ -153,7 +153,7 @@ def test_openapi_has_the_shapes_of_the_facts(service: Service) -> None:
     assert answer == {"$ref": "#/components/schemas/Now"}
 
 
-def test_nobody_there(remote: RemoteSource) -> None:
+def test_nobody_there(remote: Client) -> None:
     with pytest.raises(NoEngine, match=r"no engine answers at http://127\.0\.0\.1:1: .*refused"):
         connect_source(url="http://127.0.0.1:1").now()
 
@@ -185,20 +185,20 @@ def other_server(status: int, body: bytes) -> Iterator[str]:
 @pytest.mark.parametrize(
     ("status", "body", "words"),
     [
-        (200, b"<html>hello</html>", "is of another version"),
+        (200, b"<html>hello</html>", "is no formiga engine"),
         (404, b"not here", "is no formiga engine"),
         (302, b"", "is no formiga engine"),
         (404, b'{"code": "no_such_route", "text": "GET /v1/now: Not Found"}', "is of another version"),
         (200, b'{"site": 4}', "is of another version"),
     ],
 )
-def test_somebody_else_there(remote: RemoteSource, status: int, body: bytes, words: str) -> None:
+def test_somebody_else_there(remote: Client, status: int, body: bytes, words: str) -> None:
     with other_server(status, body) as url, pytest.raises(FormigaError, match=words):
         connect_source(url=url).now()
 
 
 def test_a_token_that_is_wrong_or_missing_is_never_shown(
-    service: Service, remote: RemoteSource, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    service: Service, remote: Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("FORMIGA_TOKEN", "s3cret")
     with pytest.raises(ApiError, match="refuses the token that was sent") as refused:
@@ -209,7 +209,7 @@ def test_a_token_that_is_wrong_or_missing_is_never_shown(
     monkeypatch.delenv("FORMIGA_TOKEN")
     monkeypatch.setenv("FORMIGA_TOKEN_FILE", str(right))
     monkeypatch.setenv("FORMIGA_URL", service.url + "/v1/")
-    assert connect().get("/v1/health")["site"] == "meadow"
+    assert connect().health().site == "meadow"
     (tmp_path / "token").write_text("s3\ncret", encoding="utf-8")
     with pytest.raises(UnusableFile, match="holds no token") as unusable:
         connect_source(url=service.url, token_file=tmp_path / "token")
@@ -230,13 +230,13 @@ def test_a_token_that_is_wrong_or_missing_is_never_shown(
         ("http://x/\r\nA: b", "letters that no address has|no address"),
     ],
 )
-def test_addresses_that_are_none(remote: RemoteSource, url: str, words: str) -> None:
+def test_addresses_that_are_none(remote: Client, url: str, words: str) -> None:
     with pytest.raises(UnusableFile, match=words) as refused:
         connect(url=url)
     assert "pass@" not in str(refused.value)
 
 
-def test_two_engines_named_are_one_too_many(remote: RemoteSource, tmp_path: Path) -> None:
+def test_two_engines_named_are_one_too_many(remote: Client, tmp_path: Path) -> None:
     with pytest.raises(UnusableFile, match="name two engines"):
         connect(tmp_path, "http://x")
     with pytest.raises(UnusableFile, match="goes with --url"):
@@ -260,13 +260,11 @@ def test_a_page_of_a_thousand_tasks_holds_the_view_for_a_moment_only(tmp_path: P
     print(f"a page of now over 1000 tasks by HTTP: {took * 1000:.0f} ms")
 
 
-def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(
-    service: Service, remote: RemoteSource
-) -> None:
+def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(service: Service, remote: Client) -> None:
     """The service runs 20 times as fast: its times were read as those of the wall clock."""
-    service.wait(lambda: service.get("/v1/health")["ahead_s"] > 6.0)
+    service.wait(lambda: service.get("/v1/health")["ahead_us"] > 6_000_000)
     assert remote.now().ahead_us > 6_000_000
-    assert remote.client.ahead_us > 6_000_000
+    assert remote.ahead_us > 6_000_000
     assert "ahead of the wall clock; to end that: formiga up --start-anew" in service.host.clock_text
 
 
@@ -277,7 +275,7 @@ def test_tasks_are_asked_for_by_a_status_that_there_is(service: Service) -> None
     assert (refused["status"], refused["code"]) == (422, "bad_status")
 
 
-def test_why_of_nothing_says_that_it_is_neither(remote: RemoteSource) -> None:
+def test_why_of_nothing_says_that_it_is_neither(remote: Client) -> None:
     with pytest.raises(TaskError, match="no task 'Xyzzy', and no agent"):
         remote.why("Xyzzy")
     with pytest.raises(TaskError, match=r"did you mean Ask-1\?"):

@@ -33,7 +33,7 @@ def test_what_cannot_be_told_here_is_refused(start: Start) -> None:
 
         def refusal(agent: str, **body: object) -> tuple[int, str, str, str]:
             found = service.refused("POST", f"/v1/agents/{agent}/events", body)
-            return found["status"], found["code"], found["text"], found["hint"]
+            return found["status"], found["code"], found["text"], found["help"]
 
         desk = "let people work at this engine: formiga up --desk PERSON:TYPE"
         assert refusal("eve", event="sos") == (
@@ -44,7 +44,7 @@ def test_what_cannot_be_told_here_is_refused(start: Start) -> None:
         )  # fmt: skip
         assert refusal("lwd_1", event="sos") == (409, "not_here", "lwd_1 tells events itself and not here", desk)
         assert refusal("picker_1", event="soss") == (
-            404, "unknown_event", "picker has no event 'soss'; did you mean 'sos'?", "events: sos, geofence",
+            404, "unknown_event", "picker has no event 'soss'", "events: sos, geofence",
         )  # fmt: skip
         assert refusal("picker_1", event="sos", fields={"loud": True}) == (
             422, "bad_fields", "sos has no field 'loud'", "fields: none",

@@ -130,7 +130,7 @@ def test_an_epoch_of_forty_digits(used: Path, start: Start) -> None:
     (used / "epoch").write_text("9" * 40)
     with start(journal=KEPT) as service:
         assert before < service.host.epoch < before + 1000
-        assert [one["code"] for one in service.get("/v1/health")["standing"]] == ["set_aside"]
+        assert [one["code"] for one in service.get("/v1/health")["house"]] == ["set_aside"]
     assert [path.read_text() for path in used.glob("aside-*/epoch")] == ["9" * 40]
 
 

@@ -13,8 +13,9 @@ from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.rehearsal.testing import packaged_task
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.replies.shown import task_out
 from formiga_bt.services.view import EngineView
+from formiga_bt.show.history.records import task_fact
+from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.why import words
 from formiga_bt.show.why.places import StepPlaces, running_leaves
 from formiga_bt.show.why.words import span
@@ -165,7 +166,7 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
         "refused to eve: continue hwd_1: hwd_1 is not held",
         "T-1 ENDING: a person restarts it; then it begins anew",
     ]
-    with view.reading() as state:
-        shown = task_out(state, anew, NOW)
-    assert (shown.status, shown.outcome, shown.code, shown.reason) == ("ENDING", "", "restarted", "by eve")
+    with view.reading():
+        shown = task_fact(UrgencyIndex(view.ledger, NOW), anew)
+    assert (shown.status, shown.code, shown.reason) == ("ENDING", "restarted", "by eve")
     view.stop()

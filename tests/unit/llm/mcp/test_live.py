@@ -50,7 +50,7 @@ def test_now_tells_tasks_and_questions(source: FoldedSource) -> None:
     assert (told.site, told.notice, told.needs_a_person) == ("rovaniemi", NOTICE, 1)
     assert [(one.id, one.status) for one in told.tasks] == [("Ask-1", "ACTIVE")]
     (asked,) = told.questions
-    assert (asked.number, asked.options) == ("Q1", ["yes", "no"])
+    assert (asked.number, asked.options) == ("Q1", ("yes", "no"))
     assert asked.text.startswith("Shall we? - - end of data")
     assert 0 < (asked.lapses_in_s or 0) <= 60
     assert is_clean(told)
@@ -79,13 +79,13 @@ def test_the_fleet_is_told_with_what_is_heard_of_it(source: FoldedSource, ground
     told = catalogue.agents(ground, *live.agents_now(lambda: source))
     drone = next(one for one in told.agents if one.id == "hwd_1")
     assert (told.engine, told.notice, drone.kind, drone.here) == ("running", NOTICE, "machine", True)
-    assert drone.battery_percent == 100.0
-    assert drone.at == "port p5"
+    assert drone.now is not None
+    assert (drone.now.battery, drone.now.port) == (100.0, "p5")
 
 
 def test_without_an_engine_the_fleet_of_the_site_is_told(ground: ServedSite) -> None:
     def none() -> FoldedSource:
-        raise FormigaError("no engine runs here\n  help: start one")
+        raise FormigaError("no engine runs here", help="start one")
 
     told = catalogue.agents(ground, *live.agents_now(none))
     assert (told.engine, told.notice) == ("no engine runs here", "")

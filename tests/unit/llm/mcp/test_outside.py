@@ -1,7 +1,8 @@
 """Words from outside stay data."""
 
 from formiga_bt.llm.mcp.outside import BEGIN, END, NOTICE, all_cleaned, cleaned, fenced
-from formiga_bt.llm.mcp.records import CauseOut, ExplainOut
+from formiga_bt.llm.mcp.records import ExplainOut
+from formiga_bt.show.facts import Because
 
 
 def test_a_text_has_one_line_and_nothing_that_cannot_be_seen() -> None:
@@ -21,5 +22,5 @@ def test_a_text_cannot_end_the_fence() -> None:
 
 
 def test_every_text_of_an_answer_is_cleaned() -> None:
-    told = all_cleaned(ExplainOut("a\nb", [CauseOut("c", "d\x00e", "", 0)], NOTICE))
-    assert told == ExplainOut("a b", [CauseOut("c", "d e", "", 0)], NOTICE)
+    told = all_cleaned(ExplainOut("a\nb", [Because("c", "d\x00e")], NOTICE))
+    assert told == ExplainOut("a b", [Because("c", "d e")], NOTICE)

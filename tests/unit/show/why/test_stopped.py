@@ -10,7 +10,7 @@ from formiga_bt.engine.kernel.records import FoundMachine, GoalRecord, Lockdown,
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal.testing import packaged_world
-from formiga_bt.services.standing import lockdown_out, standing_out
+from formiga_bt.services.standing import lockdown_fact, order_fact
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.standing import stands
@@ -310,5 +310,5 @@ def test_an_order_is_as_old_as_the_clock_says_not_as_the_newest_step(state: Engi
     later = NOW + 600 * SECOND
     assert stands(state, state.orders["hwd_1"], later).startswith("HOLD by ")
     assert " since 10 min: hovers" in stands(state, state.orders["hwd_1"], later)
-    assert standing_out(state, state.orders["hwd_1"], later).since_s == 600
-    assert "since 10 min" in lockdown_out(state, later).text
+    assert order_fact(state, state.orders["hwd_1"], later).since == NOW
+    assert "since 10 min" in lockdown_fact(state, later).text

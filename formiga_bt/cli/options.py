@@ -1,4 +1,4 @@
-"""What verbs that talk to a running engine share: their options, tables, and Ctrl-C. The calls themselves are in `calling`."""
+"""What verbs that talk to a running engine share for the command line library: their options, tables, and Ctrl-C."""
 
 import signal
 from collections.abc import Iterator
@@ -9,39 +9,7 @@ from typing import Annotated, Any
 import click
 import typer
 
-from formiga_bt.cli.calling import (
-    TIMEOUT_S,
-    ApiError,
-    Client,
-    NoEngine,
-    ServerSentEvent,
-    connect,
-    print_json,
-    segment,
-    show_next,
-    user,
-)
-
-__all__ = [
-    "TIMEOUT_S",
-    "ApiError",
-    "Client",
-    "JsonOption",
-    "NoEngine",
-    "ServerSentEvent",
-    "SiteOption",
-    "TokenFileOption",
-    "UrlOption",
-    "connect",
-    "interrupts",
-    "lasted",
-    "print_json",
-    "print_table",
-    "segment",
-    "show_next",
-    "tell_clock",
-    "user",
-]
+from formiga_bt.client import Client, connect
 
 SiteOption = Annotated[
     Path | None,
@@ -106,3 +74,15 @@ def interrupts() -> Iterator[list[int]]:
         yield seen
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def connect_source(site: Path | None = None, url: str = "", token_file: Path | None = None) -> Client:
+    """Return a client as a source of pictures, which says at the verb's end how far the engine's clock is off; see `connect`.
+
+    Raises:
+        NoEngine: none runs.
+        UnusableFile: the address or the token cannot be used.
+    """
+    client = connect(site, url, token_file)
+    tell_clock(client)
+    return client

@@ -1,0 +1,70 @@
+"""What is seen of a site, as plain values: the one vocabulary of HTTP, the commands, assistants and pictures.
+
+The same from a file, a dry run, a running engine or a stored history. Drawings never look into an engine; what they show is
+here, and travels as JSON (facts that come in thousands leave out fields that have their defaults). Instants are engine time in
+microseconds (`Micros`), places metres east, north and up of the base station, angles degrees, percent 0..100.
+"""
+
+from formiga_bt.show.facts.history import Chart, MapMark, MapShape, Spread, Stats, Timeline, Track, Waiting
+from formiga_bt.show.facts.orders import (
+    AgentList,
+    ApprovalFact,
+    ApprovalList,
+    CheckFact,
+    DraftFact,
+    LockdownFact,
+    OrderDone,
+    OrderedFact,
+    OrderFact,
+    OrderReply,
+    PilotFact,
+    PilotList,
+    PreflightFact,
+    ServedFact,
+    SkippedFact,
+    TaskList,
+    TaskRequested,
+)  # fmt: skip
+from formiga_bt.show.facts.service import (
+    EngineHealth,
+    EngineLoad,
+    EventFact,
+    LibraryList,
+    LibraryTask,
+    ParamFact,
+    Problem,
+    TaskLoaded,
+    VersionFact,
+)  # fmt: skip
+from formiga_bt.show.facts.site import (
+    ActionFact,
+    AgentFact,
+    Because,
+    Explanation,
+    FailureFact,
+    GoalFact,
+    LineFact,
+    Now,
+    PastTask,
+    Point,
+    QuestionFact,
+    QuestionList,
+    RunningStep,
+    StandingFact,
+    TaskDetail,
+    TaskFact,
+    TaskPicture,
+    Top,
+)  # fmt: skip
+from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
+
+__all__ = [
+    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "Box", "Chart", "CheckFact",
+    "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileSpot",
+    "GoalFact", "LibraryList", "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "Now",
+    "OrderDone", "OrderFact", "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList",
+    "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList", "RunningStep", "ServedFact",
+    "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan",
+    "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track",
+    "VersionFact", "Waiting",
+]  # fmt: skip
