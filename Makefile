@@ -59,7 +59,9 @@ demo: $(if $(wildcard $(STAMP)),$(STAMP),$(BASE))
 
 # EXTERNAL=1 runs everything in one go, and a test that says it cannot run then fails (tests/conftest.py).
 # Twice as many workers as two cores: end-to-end tests wait most of their time, and others compute meanwhile.
+# Tests that are not compiled yet are compiled once before, not by each worker.
 test: $(STAMP) $(if $(EXTERNAL),external)
+	@ls tests/__pycache__/conftest.*-pytest-*.pyc >/dev/null 2>&1 || $(PY) -m pytest --collect-only -qq >/dev/null || true
 	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n $(WORKERS) --dist worksteal -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).

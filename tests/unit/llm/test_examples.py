@@ -19,10 +19,14 @@ def world() -> RequestWorld:
     return world_of()
 
 
+def test_the_schema_of_answers_is_a_schema() -> None:
+    jsonschema.Draft202012Validator.check_schema(schema_of(world(), verbs_of(world())))
+
+
 @pytest.mark.parametrize("example", examples_of(world_of()), ids=lambda e: e.id)
 def test_an_example_is_right(example: Example) -> None:
     verbs = verbs_of(world())
-    jsonschema.validate(json.loads(example.text), schema_of(world(), verbs))
+    jsonschema.Draft202012Validator(schema_of(world(), verbs)).validate(json.loads(example.text))
     answer = read_answer(json.loads(example.text))
     if answer.tree is None:
         assert answer.question or answer.impossible
