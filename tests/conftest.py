@@ -14,8 +14,10 @@ from hypothesis import HealthCheck, settings
 settings.register_profile("formiga", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("formiga")
 
-LONG = ("tests/e2e/", "tests/simulation/", "tests/safety/", "tests/missions/", "tests/contract/", "tests/property/")
-"""Folders whose tests take long, the longest first."""
+WAIT = ("tests/e2e/", "tests/contract/")
+"""Folders of long tests that mostly wait for processes."""
+COMPUTE = ("tests/simulation/", "tests/safety/", "tests/missions/", "tests/property/")
+"""Folders of long tests that compute, the longest first."""
 
 
 @pytest.hookimpl(wrapper=True)
@@ -38,17 +40,23 @@ def in_order(items: Iterable[pytest.Item], workers: int) -> list[pytest.Item]:
     """Return tests in the order in which they run, so that no worker has a long one left when the others are done.
 
     Workers get equal parts of the list at first, and then take from the end of another's part. So each part begins with
-    files of long tests. A file stays whole, because its fixtures may be the file's.
+    files of long tests: each second part with those that wait, the others with those that compute meanwhile. A file stays
+    whole, because its fixtures may be the file's.
     """
     files = [list(tests) for _, tests in groupby(items, key=lambda item: item.path)]
     parts: list[list[pytest.Item]] = [[] for _ in range(max(1, workers))]
     for file in sorted(files, key=_rank):
-        min(parts, key=len).extend(file)
+        of = (parts[::2], parts[1::2] or parts, parts)[_rank(file)[0]]
+        min(of, key=len).extend(file)
     return [item for part in parts for item in part]
 
 
-def _rank(file: list[pytest.Item]) -> int:
-    return next((rank for rank, folder in enumerate(LONG) if file[0].nodeid.startswith(folder)), len(LONG))
+def _rank(file: list[pytest.Item]) -> tuple[int, int]:
+    for kind, folders in enumerate((WAIT, COMPUTE)):
+        for rank, folder in enumerate(folders):
+            if file[0].nodeid.startswith(folder):
+                return kind, rank
+    return 2, not any(item.get_closest_marker(name) for item in file for name in ("slow", "external"))
 
 
 @pytest.hookimpl(wrapper=True)
