@@ -98,6 +98,12 @@ class Client(Calls):
 
         return self.get(Stats, "/v1/stats", task=task, hours=hours or "")
 
+    def blackboard(self, prefix: str = "/") -> "f.BlackboardFact":
+        """Return the keys of the blackboard that begin with this, such as `/fleet/` or `/allocation/requests/`."""
+        from formiga_bt.show.facts import BlackboardFact
+
+        return self.get(BlackboardFact, "/v1/blackboard", prefix=prefix)
+
     # -- tasks -------------------------------------------------------------------------------------------------------
     def request(
         self,
@@ -326,6 +332,12 @@ class PastClient(Client):
         from formiga_bt.show.facts import Stats
 
         return self.get(Stats, "/v1/past/stats", at=self.moment, task=task, hours=hours or "")
+
+    def blackboard(self, prefix: str = "/") -> "f.BlackboardFact":
+        """Return the keys of the blackboard that begin with this, as they stood."""
+        from formiga_bt.show.facts import BlackboardFact
+
+        return self.get(BlackboardFact, "/v1/past/blackboard", at=self.moment, prefix=prefix)
 
     def _of(self, task_id: str) -> "f.PastTask":
         from formiga_bt.show.facts import PastTask

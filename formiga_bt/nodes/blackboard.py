@@ -5,8 +5,7 @@ changes a value raises the key's version and reports the key's readers, so nothi
 writes. The allocator listens to whole branches (`/fleet/`, `/allocation/requests/`); a node watches single keys.
 """
 
-from collections.abc import Iterator, Mapping
-from types import MappingProxyType
+from collections.abc import Iterator
 from typing import Any
 
 Reader = tuple[str, str]
@@ -85,13 +84,3 @@ class Blackboard:
         for key, value in self._values.items():
             if key.startswith(prefix):
                 yield key, value
-
-    def mirror(self) -> Mapping[str, Any]:
-        """Return a read-only view of all keys."""
-        return MappingProxyType(self._values)
-
-    def show_in_py_trees(self) -> None:
-        """Copy all keys into py_trees' process-wide blackboard storage, for its display tools. Read-only by intent."""
-        from py_trees.blackboard import Blackboard as PyTreesBlackboard
-
-        PyTreesBlackboard.storage.update(self._values)

@@ -7,7 +7,7 @@ a running engine; `replay.source.JournalSource` is a journal at an instant. Noth
 from collections.abc import Sequence
 from typing import Protocol
 
-from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+from formiga_bt.show.facts import Because, BlackboardFact, Chart, Now, Stats, TaskPicture, Timeline
 
 
 class Source(Protocol):
@@ -42,4 +42,8 @@ class Source(Protocol):
 
     def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
         """Return durations with their spread, of tasks of one name or of all, of the last hours or since the start."""
+        ...
+
+    def blackboard(self, prefix: str = "/") -> BlackboardFact:
+        """Return the keys of the blackboard that begin with this."""
         ...

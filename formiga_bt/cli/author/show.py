@@ -21,8 +21,12 @@ Format = Literal["terminal", "dot", "svg", "png", "mermaid", "html", "json"]
 
 def command(
     what: Annotated[
-        str, typer.Argument(help="Task file, name of a task that ships, or id of a task.", metavar="FILE|TASK-ID")
-    ],
+        str,
+        typer.Argument(
+            help="Task file, name of a task that ships, or id of a task; with --blackboard how keys begin.",
+            metavar="FILE|TASK-ID",
+        ),
+    ] = "",
     form: Annotated[
         Format | None, typer.Option("--format", help="How to draw it. Default: as --out ends, else terminal.")
     ] = None,
@@ -36,6 +40,9 @@ def command(
             help="Leave out what is inside: a subtree, a named step, a path. May be repeated.", metavar="NAME"
         ),
     ] = None,
+    blackboard: Annotated[
+        bool, typer.Option("--blackboard", help="Show the keys of the engine's blackboard with their values.")
+    ] = False,
     live: Annotated[bool, typer.Option("--live", help="Draw it again at every change, until the task ends.")] = False,
     ascii_only: Annotated[bool, typer.Option("--ascii", help="Use plain ASCII characters.")] = False,
     width: Annotated[int | None, typer.Option(min=40, help="Columns to fit into. Default: the terminal's.")] = None,
@@ -51,8 +58,15 @@ def command(
     """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
 
     Of a running task also how each step stands; without an engine its journal tells. Examples: formiga show Circle -o c.svg;
-    formiga show Circle-7 --live; formiga show Circle-7 --at "-5 min"
+    formiga show Circle-7 --live; formiga show Circle-7 --at "-5 min"; formiga show --blackboard /fleet/
     """
+    if blackboard:
+        from formiga_bt.cli.past import source_of
+
+        _show_blackboard(source_of(site, url, token_file, journal=journal, at=at), what, as_json=form == "json")
+        return
+    if not what:
+        raise UnusableFile("name a task file, a task that ships, or the id of a task; or say --blackboard")
     from formiga_bt.cli.author.show_out import DrawingOptions
 
     canvas = DrawingOptions(
@@ -82,6 +96,18 @@ def command(
     else:
         canvas.show_task(picture)
     _report_written(out)
+
+
+def _show_blackboard(source: "Source", prefix: str, *, as_json: bool) -> None:
+    """Print the keys of the blackboard that begin with a text, a line each."""
+    import msgspec
+
+    board = source.blackboard(f"/{prefix.removeprefix('/')}")
+    if as_json:
+        typer.echo(msgspec.json.format(msgspec.json.encode(board)).decode())
+        return
+    for key, value in board.keys.items():
+        typer.echo(f"{key}  {msgspec.json.encode(value).decode()}")
 
 
 def _report_written(out: Path | None) -> None:

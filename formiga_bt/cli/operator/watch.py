@@ -20,7 +20,7 @@ from formiga_bt.client import ApiError, Client, NoEngine, connect
 from formiga_bt.show.watch.orders import WatchOrder, WatchReply
 
 if TYPE_CHECKING:
-    from formiga_bt.show.facts import Because, Chart, Now, OrderReply, Stats, TaskPicture, Timeline
+    from formiga_bt.show.facts import Because, BlackboardFact, Chart, Now, OrderReply, Stats, TaskPicture, Timeline
     from formiga_bt.show.source import Source
 
 
@@ -136,6 +136,11 @@ class HttpSource:
     def stats(self, *, task: str = "", hours: float = 0.0) -> "Stats":
         """Return durations with their spread."""
         found: Stats = self._ask("stats", task=task, hours=hours)
+        return found
+
+    def blackboard(self, prefix: str = "/") -> "BlackboardFact":
+        """Return the keys of the blackboard that begin with this."""
+        found: BlackboardFact = self._ask("blackboard", prefix)
         return found
 
 

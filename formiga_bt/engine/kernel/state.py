@@ -92,6 +92,15 @@ def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
         board.put(f"/tasks/{task.id}/status", task.status)
     if old is not None and old.held != task.held:
         board.touch(f"/tasks/{task.id}/held")
+    if task.roles is not (old.roles if old is not None else None):
+        _show_grants(board, task)
+
+
+def _show_grants(board: Blackboard, task: TaskRecord) -> None:
+    if task.roles:
+        board.put(grants_key(task.id), task.roles)
+    else:
+        board.drop(grants_key(task.id))
 
 
 def _agent(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
@@ -232,8 +241,7 @@ def _show_request(board: Blackboard, request: AgentRequest) -> None:
 
 
 def _granted(_: EngineState, board: Blackboard, change: ch.Granted) -> None:
-    if not board.put(grants_key(change.task), change.roles):
-        board.touch(grants_key(change.task))  # the same agents once more
+    board.touch(grants_key(change.task))  # what it has now is written with its record
 
 
 def _explained(state: EngineState, _: Blackboard, change: ch.Explained) -> None:
@@ -256,12 +264,11 @@ def _counter(state: EngineState, _: Blackboard, change: ch.CounterSet) -> None:
         state.counters[change.name] = change.value
 
 
-def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> None:
+def _forget(state: EngineState, _: Blackboard, change: ch.TaskForget) -> None:
     task_id = change.task
     state.memory.pop(task_id, None)
     state.scopes.pop(task_id, None)
     state.wakes.pop(task_id, None)
-    board.drop(grants_key(task_id))
 
 
 def _gone(state: EngineState, board: Blackboard, change: ch.TaskGone) -> None:
@@ -319,7 +326,7 @@ def name_key(task_id: str, scope: str, name: str) -> str:
 
 
 def grants_key(task_id: str) -> str:
-    """Return the blackboard key of what a task was granted last; those who wait for agents watch it."""
+    """Return the blackboard key of the agents that a task has, by role; those who wait for agents watch it."""
     return f"/allocation/grants/{task_id}"
 
 
@@ -440,6 +447,7 @@ def board_of(state: EngineState) -> Blackboard:
     board = Blackboard()
     for task in state.tasks.values():
         board.put(f"/tasks/{task.id}/status", task.status)
+        _show_grants(board, task)
     for agent in state.agents.values():
         _show_agent(board, agent)
     for request in state.requests.values():

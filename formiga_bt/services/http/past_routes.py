@@ -13,10 +13,10 @@ from fastapi import Query
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError, TaskError, UnusableFile
 from formiga_bt.services.http.routes import FactRoutes
-from formiga_bt.services.http.seeing_routes import PAGE, TASKS
+from formiga_bt.services.http.seeing_routes import PAGE, TASKS, Prefix
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.words import hint_for
-from formiga_bt.show.facts import Chart, Now, PastTask, Stats, Timeline
+from formiga_bt.show.facts import BlackboardFact, Chart, Now, PastTask, Stats, Timeline
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
@@ -120,6 +120,11 @@ def add(routes: FactRoutes, past: PastReader) -> None:
     ) -> Stats:
         """Return how long things took in the hours before a moment."""
         return past.look(at, lambda source: source.stats(task=task, hours=hours))
+
+    @routes.get("/v1/past/blackboard", "past")
+    def blackboard(at: At = "", prefix: Prefix = "/") -> BlackboardFact:
+        """Return the keys of the blackboard as they stood at a moment."""
+        return past.look(at, lambda source: source.blackboard(prefix))
 
     @routes.get("/v1/past/tasks/{task_id}", "past")
     def task(task_id: str, at: At = "") -> PastTask:

@@ -13,7 +13,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.services.http.routes import FactRoutes
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.words import hint_for
-from formiga_bt.show.facts import Chart, Now, Stats, TaskPicture, Timeline
+from formiga_bt.show.facts import BlackboardFact, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.source import Source
 
 PAGE: Final = 1000
@@ -23,6 +23,8 @@ TASKS: Final = 1000
 T = TypeVar("T")
 
 Tasks = Annotated[list[str] | None, Query(max_length=TASKS, description="of these tasks only; may be repeated")]
+
+Prefix = Annotated[str, Query(max_length=200, description="only keys that begin with this, such as /fleet/")]
 
 
 def add(routes: FactRoutes, source: Source) -> None:
@@ -60,6 +62,11 @@ def add(routes: FactRoutes, source: Source) -> None:
     ) -> Stats:
         """Return how long actions, gaps, waits, tasks and answers take, with their spread."""
         return _asked(lambda: source.stats(task=task, hours=hours))
+
+    @routes.get("/v1/blackboard", "seeing")
+    def blackboard(prefix: Prefix = "/") -> BlackboardFact:
+        """Return the keys of the blackboard with their values: what agents report, requests for agents, grants."""
+        return _asked(lambda: source.blackboard(prefix))
 
 
 def _asked(ask: Callable[[], T]) -> T:

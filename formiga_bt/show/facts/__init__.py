@@ -5,7 +5,17 @@ here, and travels as JSON (facts that come in thousands leave out fields that ha
 microseconds (`Micros`), places metres east, north and up of the base station, angles degrees, percent 0..100.
 """
 
-from formiga_bt.show.facts.history import Chart, MapMark, MapShape, Spread, Stats, Timeline, Track, Waiting
+from formiga_bt.show.facts.history import (
+    BlackboardFact,
+    Chart,
+    MapMark,
+    MapShape,
+    Spread,
+    Stats,
+    Timeline,
+    Track,
+    Waiting,
+)
 from formiga_bt.show.facts.orders import (
     AgentList,
     ApprovalFact,
@@ -59,8 +69,8 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "Box", "Chart", "CheckFact",
-    "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileSpot",
+    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box", "Chart",
+    "CheckFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileSpot",
     "GoalFact", "LibraryList", "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "Now",
     "OrderDone", "OrderFact", "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList",
     "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList", "RunningStep", "ServedFact",

@@ -1,6 +1,6 @@
 """Facts of time and space: what a Gantt chart, a map and the statistics show."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from msgspec import Struct
 
@@ -96,3 +96,18 @@ class Stats(Struct, frozen=True, kw_only=True):
     gaps: tuple[Spread, ...] = ()
     """From the end of one action of a task to the start of its next, by task."""
     answers: tuple[Spread, ...] = ()
+
+
+class BlackboardFact(Struct, frozen=True):
+    """Keys of the blackboard with their values, in the order of their first writing."""
+
+    at: Micros
+    keys: dict[str, Any]
+    """`/fleet/TYPE/ID/FIELD`, `/members/TYPE`, `/tasks/ID/status`, `/allocation/requests/ID`, `/allocation/grants/ID`."""
+
+    def show_in_py_trees(self) -> None:
+        """Put the keys into py_trees' own blackboard, for its display tools; nothing of it goes back to the engine."""
+        from py_trees.blackboard import Blackboard
+
+        for key, value in self.keys.items():
+            Blackboard.set(key, value)

@@ -15,12 +15,14 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.library import model_of
 from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.state import board_of
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.places import steps_with_paths
 from formiga_bt.show.amounts import Wording
 from formiga_bt.show.facts import (
     ActionFact,
     Because,
+    BlackboardFact,
     Chart,
     Drawing,
     FileSpot,
@@ -284,6 +286,12 @@ class FoldedSource:
         """Return durations with their spread."""
         with self._lock:
             return stats(self.ledger, self._at(), task=task, hours=hours)
+
+    def blackboard(self, prefix: str = "/") -> BlackboardFact:
+        """Return the keys of the blackboard that begin with this."""
+        with self._lock:
+            found = dict(board_of(self.ledger.state).under(prefix))
+        return BlackboardFact(self._at(), found)
 
 
 def _passed_on(fact: StepFact, facts: Mapping[str, StepFact]) -> bool:

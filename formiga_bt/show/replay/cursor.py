@@ -16,7 +16,7 @@ from formiga_bt.engine.kernel.inputs import (
     Submit,
 )
 from formiga_bt.engine.kernel.records import ENDED
-from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+from formiga_bt.show.facts import Because, BlackboardFact, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.replay.machine import TimeMachine
 from formiga_bt.show.replay.source import JournalSource
 
@@ -140,3 +140,7 @@ class Cursor:
     def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
         """Return durations with their spread."""
         return self._source.stats(task=task, hours=hours)
+
+    def blackboard(self, prefix: str = "/") -> BlackboardFact:
+        """Return the keys of the blackboard that begin with this."""
+        return self._source.blackboard(prefix)

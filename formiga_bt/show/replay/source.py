@@ -10,7 +10,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.lang.model import Task
-from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+from formiga_bt.show.facts import Because, BlackboardFact, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.replay.files import Files
@@ -97,6 +97,11 @@ class JournalSource:
         at = self.at
         window = round(hours * 3600 * SECOND) if hours > 0 else WINDOW_US
         return self._drawn(self._ledger(at, at - window), at).stats(task=task, hours=window / SECOND / 3600)
+
+    def blackboard(self, prefix: str = "/") -> BlackboardFact:
+        """Return the keys of the blackboard that begin with this, as they stood."""
+        at = self.at
+        return self._drawn(self._ledger(at, at), at).blackboard(prefix)
 
     # -- ledgers -----------------------------------------------------------------------------------------------------
     def _of_window(self, *, ways: bool = False) -> Ledger:

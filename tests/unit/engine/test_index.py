@@ -95,4 +95,4 @@ def test_only_the_newest_ended_tasks_are_kept(make: Make, monkeypatch: pytest.Mo
     assert set(yard.engine.state.explanations) <= set(ids[3:])
     assert not yard.engine.runs.open
     assert not yard.engine.state.memory
-    assert not any(ids[0] in key for key in yard.engine.core.board.mirror())
+    assert not any(ids[0] in key for key, _ in yard.engine.core.board.under("/"))

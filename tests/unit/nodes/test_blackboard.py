@@ -1,8 +1,5 @@
 """The blackboard: versions, readers, and what is shown to others."""
 
-import pytest
-from py_trees.blackboard import Blackboard as PyTreesBlackboard
-
 from formiga_bt.nodes.blackboard import Blackboard
 
 FIRST, SECOND = ("T-1", "steps[0]"), ("T-2", "steps[0]")
@@ -73,22 +70,3 @@ def test_who_listens_to_a_branch_hears_each_key_below_it_that_changes_once() -> 
     heard.clear()
     board.drop("/fleet/hwd/hwd_1/battery")
     assert list(heard) == ["/fleet/hwd/hwd_1/battery"]
-
-
-def test_the_mirror_is_read_only_and_live() -> None:
-    board = Blackboard()
-    mirror = board.mirror()
-    board.put("/a", 1)
-
-    assert mirror["/a"] == 1
-    with pytest.raises(TypeError):
-        mirror["/a"] = 2  # type: ignore[index]
-
-
-def test_py_trees_tools_can_be_shown_all_keys() -> None:
-    board = Blackboard()
-    board.put("/fleet/hwd/hwd_1/battery", 80.0)
-
-    board.show_in_py_trees()
-
-    assert PyTreesBlackboard.storage.pop("/fleet/hwd/hwd_1/battery") == 80.0

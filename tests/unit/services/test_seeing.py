@@ -8,9 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
+from py_trees.blackboard import Blackboard as PyTreesBlackboard
+from py_trees.display import unicode_blackboard
 
 from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
+from formiga_bt.cli.author import show
 from formiga_bt.cli.operator import why
 from formiga_bt.cli.options import connect_source
 from formiga_bt.client import ApiError, Client, NoEngine, connect
@@ -72,6 +76,27 @@ def test_the_site_a_task_time_space_and_figures_are_the_same_through_http(
     for one, other in answers:
         here, there = still(service, one, other)
         assert here == there
+
+
+def test_the_blackboard_is_the_engines_and_is_shown_to_py_trees_own_tools(
+    service: Service, remote: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("storage", "metadata"):
+        monkeypatch.setattr(PyTreesBlackboard, name, {})
+    here, there = still(
+        service, lambda: service.host.source.blackboard("/fleet/lwd/"), lambda: remote.blackboard("/fleet/lwd/")
+    )
+
+    assert there.keys == msgspec.to_builtins(here.keys)
+    assert {key.split("/")[3] for key in there.keys} == {"lwd_1"}
+    assert remote.blackboard("/tasks/").keys == {"/tasks/Ask-1/status": "ACTIVE", "/tasks/Stay-2/status": "ACTIVE"}
+    assert set(remote.blackboard("/allocation/").keys) == {"/allocation/grants/Ask-1", "/allocation/grants/Stay-2"}
+
+    there.show_in_py_trees()
+    assert "/fleet/lwd/lwd_1/liveness" in unicode_blackboard()
+
+    show.command("/tasks/", blackboard=True, url=service.url)
+    assert capsys.readouterr().out.splitlines() == ['/tasks/Ask-1/status  "ACTIVE"', '/tasks/Stay-2/status  "ACTIVE"']
 
 
 @pytest.mark.parametrize("of", ["Ask-1", "Stay-2", "lwd_1", "watcher_1"])
@@ -145,9 +170,14 @@ def test_pages_out_of_bounds_are_refused(service: Service, path: str) -> None:
 def test_openapi_has_the_shapes_of_the_facts(service: Service) -> None:
     document = service.get("/v1/openapi.json")
 
-    assert {"/v1/now", "/v1/tasks/{task_id}/picture", "/v1/timeline", "/v1/chart", "/v1/stats"} <= set(
-        document["paths"]
-    )
+    assert {
+        "/v1/blackboard",
+        "/v1/now",
+        "/v1/tasks/{task_id}/picture",
+        "/v1/timeline",
+        "/v1/chart",
+        "/v1/stats",
+    } <= set(document["paths"])
     assert {"Now", "TaskPicture", "TaskFact", "Box", "Track", "Spread"} <= set(document["components"]["schemas"])
     answer = document["paths"]["/v1/now"]["get"]["responses"]["200"]["content"]["application/json"]["schema"]
     assert answer == {"$ref": "#/components/schemas/Now"}
