@@ -6,9 +6,10 @@ Called by the command line, the engine's front and tests, once per start.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import micros
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order

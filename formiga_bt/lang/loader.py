@@ -7,9 +7,11 @@ re-exported, so that a caller needs this module only.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.base.packaged import folder

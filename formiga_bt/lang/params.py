@@ -3,8 +3,9 @@
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.checks.outside import warn_outside

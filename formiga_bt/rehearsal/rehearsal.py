@@ -4,8 +4,9 @@ Called by `formiga dryrun`, by tests and by whoever wants to know what a tree wo
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet

@@ -5,8 +5,10 @@
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
+
+from msgspec.structs import replace
 
 from agents_sim.faults import Order
 from agents_sim.referee import Verdict

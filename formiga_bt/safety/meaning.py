@@ -16,8 +16,9 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any, Final
+
+from msgspec import Struct
 
 from formiga_bt.lang.model import Call, Expr, For, Param, Role, Subtree, Task, Who, WithAgents
 from formiga_bt.lang.types import Type
@@ -55,14 +56,14 @@ class _Writer:
         if isinstance(value, tuple):
             for one in value:
                 self._collect(one)
-        elif is_dataclass(value) and not isinstance(value, Expr | Subtree):
+        elif isinstance(value, Struct) and not isinstance(value, Expr | Subtree):
             self._own |= {name for key in _NAMES if (name := getattr(value, key, ""))}
             if isinstance(value, For):
                 self._own |= set(value.lists)
             if isinstance(value, WithAgents):
                 self._own |= set(value.roles)
-            for one in fields(value):
-                self._collect(getattr(value, one.name))
+            for name in value.__struct_fields__:
+                self._collect(getattr(value, name))
 
     def plain(self, value: Any) -> Any:
         """Return a part of the model as plain lists."""
@@ -80,7 +81,7 @@ class _Writer:
             return [[self._named(str(key)), self.plain(one)] for key, one in value.items()]
         if isinstance(value, tuple | list):
             return [self.plain(one) for one in value]
-        if is_dataclass(value):
+        if isinstance(value, Struct):
             return [type(value).__name__, *self._fields(value, set())]
         return value if isinstance(value, str | int | float | bool) or value is None else str(value)
 
@@ -93,15 +94,15 @@ class _Writer:
         keyed = [[self._numbers.get(name, unmet), kind, said] for kind, name, said in rows]
         return sorted(keyed, key=json.dumps)
 
-    def _fields(self, value: Any, without: set[str]) -> list[Any]:
+    def _fields(self, value: Struct, without: set[str]) -> list[Any]:
         found: list[Any] = []
-        for one in fields(value):
-            if one.name in _SILENT or one.name in without:
+        for name in value.__struct_fields__:
+            if name in _SILENT or name in without:
                 continue
-            here = getattr(value, one.name)
-            if one.name in _NAMES:
+            here = getattr(value, name)
+            if name in _NAMES:
                 found.append(self._number(here) if here else "")
-            elif one.name == "args" and isinstance(value, Call):
+            elif name == "args" and isinstance(value, Call):
                 found.append([self.plain(expr) for expr in here.values()])
             else:
                 found.append(self.plain(here))

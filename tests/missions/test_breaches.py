@@ -1,6 +1,6 @@
 """Breaches of the envelope in flight: what the engine does by itself."""
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel.inputs import Alarm, SendGoal

@@ -1,8 +1,7 @@
 """How long a machine hovers on a person's word: until its reserve, as it is in force, the way home and 3 min are near."""
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel.inputs import Operator

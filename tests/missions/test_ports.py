@@ -1,6 +1,6 @@
 """A machine whose own port is taken waits beside it, and then gets another (safety: keeping apart)."""
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.base.geo import Place, horizontal_m

@@ -1,9 +1,9 @@
 """What may happen while the engine is away: it is long, a machine restarts or is moved, a person answers, it dies once more."""
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import inputs as inp

@@ -4,10 +4,10 @@ Each name says the rule. The numbers of seconds: agents need 1 s for an action u
 """
 
 import json
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp

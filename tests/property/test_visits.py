@@ -1,10 +1,10 @@
 """What a step costs: only the way to what was woken is visited, and never more than the budget."""
 
 import json
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.inputs import TimerDue
 from formiga_bt.engine.kernel.timers import NodeDue

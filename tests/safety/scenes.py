@@ -4,13 +4,13 @@ Times are seconds after the fleet has announced itself. Each fault has an end of
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.base.geo import Place, Region

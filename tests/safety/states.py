@@ -5,7 +5,8 @@ python -m tests.safety.states "cruising" "hold the machine"        one case with
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.base.errors import TaskError

@@ -7,7 +7,6 @@ A world outlives its engines. Whoever asks while there is none asks again later,
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -15,6 +14,7 @@ from typing import Any, Final
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from agents_sim.drone import Drone
 from formiga_bt.base.clock import SECOND, Micros

@@ -7,8 +7,9 @@ is folded, and told, by the checker of expressions.
 import ast
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import is_dataclass
 from typing import Any, Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
@@ -185,6 +186,6 @@ def _expressions(value: Any) -> Iterator[Expr]:
     elif isinstance(value, Mapping):
         for item in value.values():
             yield from _expressions(item)
-    elif not isinstance(value, _PLAIN) and is_dataclass(value) and not isinstance(value, type):
+    elif not isinstance(value, _PLAIN) and isinstance(value, Struct):
         for name in parts_of(value):
             yield from _expressions(getattr(value, name))

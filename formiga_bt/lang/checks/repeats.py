@@ -6,17 +6,18 @@ where it is, right after it was sent somewhere at that height, is there already.
 
 import re
 from collections.abc import Hashable, Mapping
-from dataclasses import fields, is_dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Any, Final, cast
+
+from msgspec import Struct
 
 from formiga_bt.lang.model import BreakIf, Catalogue, Do, Expr, Set, Step, Subtree, Wait
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import bare, children
 
 _MAY_REPEAT: Final = (Wait, Set, BreakIf)
-_PLACES: Final = ("mark", "seg", "run", "deadlines")
+_PLACES: Final = ("mark", "seg", "room")
 _HERE: Final = re.compile(r"at_height\(ground\((\w+)\.position\), (.+)\)")
 
 
@@ -58,7 +59,7 @@ def parts_of(value: Any) -> tuple[str, ...]:
 @cache
 def _parts(kind: Hashable) -> tuple[str, ...]:
     """Return the names of what a class of the model says, its places left out."""
-    return tuple(part.name for part in fields(cast("Any", kind)) if part.compare and part.name not in _PLACES)
+    return tuple(name for name in cast("Any", kind).__struct_fields__ if name not in _PLACES)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -74,7 +75,7 @@ def same(one: Any, other: Any) -> bool:
             return len(one) == len(other) and all(map(same, one, other))
         case Mapping():
             return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
-    if is_dataclass(one):
+    if isinstance(one, Struct):
         return all(same(getattr(one, name), getattr(other, name)) for name in parts_of(one))
     return bool(one == other)
 

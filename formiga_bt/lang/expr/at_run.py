@@ -5,9 +5,10 @@ a value of another type than is due is an `EvalError` too, so that nothing else 
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, Region

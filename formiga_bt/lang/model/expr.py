@@ -1,8 +1,10 @@
 """Expressions as the checker leaves them: what they read, of what type they are, how to run them, and what that may raise."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, Protocol
+
+from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
@@ -98,8 +100,7 @@ class Env(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class Dependency:
+class Dependency(Struct, frozen=True):
     """Something an expression depends on: a name, or a field of the agent that a name stands for."""
 
     name: str
@@ -111,8 +112,7 @@ NOT_CONST: Any = object()
 """`Expr.const` of an expression that must be evaluated."""
 
 
-@dataclass(frozen=True, slots=True)
-class Expr:
+class Expr(Struct, frozen=True, eq=False):
     """A typed, compiled expression or literal.
 
     `run(env)` evaluates it; a literal has `const` set and `run` returns it. Equality and hash ignore the code.
@@ -121,13 +121,24 @@ class Expr:
     source: str
     type: Type
     mark: Mark
-    run: Callable[[Env], Any] = field(compare=False)
+    run: Callable[[Env], Any]
     reads: tuple[Dependency, ...] = ()
-    deadlines: tuple[Callable[[Env], Micros], ...] = field(default=(), compare=False)
+    deadlines: tuple[Callable[[Env], Micros], ...] = ()
     """Of a live condition that uses `now`: the instants (engine time) at which a comparison with `now` changes."""
-    const: Any = field(default=NOT_CONST, compare=False)
+    const: Any = NOT_CONST
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two expressions say the same at the same place."""
+        return isinstance(other, Expr) and _told(self) == _told(other)
+
+    def __hash__(self) -> int:
+        """Return a hash of what it says."""
+        return hash(_told(self))
 
     @property
     def is_const(self) -> bool:
         """Return whether the value is known before any run."""
         return self.const is not NOT_CONST
+
+
+_told = attrgetter("source", "type", "mark", "reads")

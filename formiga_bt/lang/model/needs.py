@@ -1,15 +1,15 @@
 """What a task or a subtree declares before its steps: its params, and the roles of agents that it needs."""
 
-from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.types import Type
 
 
-@dataclass(frozen=True, slots=True)
-class Param:
+class Param(Struct, frozen=True):
     """A parameter of a task or subtree."""
 
     name: str
@@ -25,16 +25,14 @@ class Param:
     aliases: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Some:
+class Some(Struct, frozen=True):
     """How many agents a role without a fixed count takes: at least `min`, and `max` if as many are free (None = all)."""
 
     min: int = 1
     max: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Room:
+class Room(Struct, frozen=True):
     """Where one more key can be written into a mapping, without touching what stands there."""
 
     mark: Mark
@@ -51,9 +49,11 @@ class Room:
         return Fix(self.mark, f"{self.before}{key}: {text}{self.after}")
 
 
-@dataclass(frozen=True, slots=True)
-class Role:
-    """A role of a task: which agent (or agents) it needs. Expressions are read once, at admission."""
+class Role(Struct, frozen=True, eq=False):
+    """A role of a task: which agent (or agents) it needs. Expressions are read once, at admission.
+
+    Equality and hash ignore `room`.
+    """
 
     name: str
     types: tuple[str, ...]
@@ -73,10 +73,22 @@ class Role:
     away: bool = False
     actions: tuple[str, ...] = ()
     """Actions that the task orders of this role (subtrees included)."""
-    room: Room | None = field(default=None, compare=False)
+    room: Room | None = None
     """Where a fix may write a key that the role lacks."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two roles ask for the same."""
+        return isinstance(other, Role) and _asked(self) == _asked(other)
+
+    def __hash__(self) -> int:
+        """Return a hash of what it asks for."""
+        return hash(_asked(self))
 
     @property
     def is_list(self) -> bool:
         """Return whether the role is a list of agents."""
         return self.count is not None or self.open is not None
+
+
+def _asked(role: Role) -> tuple[Any, ...]:
+    return tuple(getattr(role, name) for name in role.__struct_fields__ if name != "room")

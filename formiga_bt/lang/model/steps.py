@@ -5,16 +5,16 @@ Every step knows its source mark. Static paths: the steps of a section, branch o
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.needs import Param, Role
 
 
-@dataclass(frozen=True, slots=True)
-class Who:
+class Who(Struct, frozen=True):
     """Whom a key such as `of`, `to` or `do` names: a role, loop name or agent param; or a site role (`watchers`)."""
 
     name: str
@@ -24,8 +24,7 @@ class Who:
     mark: Mark
 
 
-@dataclass(frozen=True, slots=True)
-class Retry:
+class Retry(Struct, frozen=True):
     """The retry modifier. `attempts` counts the first one; delays in seconds."""
 
     attempts: Expr
@@ -36,8 +35,7 @@ class Retry:
     mark: Mark
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class Step(Struct, frozen=True, kw_only=True):
     """What every step has. Nesting of the modifiers: when( ignore_failure( timeout( retry( step)))).
 
     `seg` is the step's place in its list, for example `steps[1]`.
@@ -61,8 +59,7 @@ class Step:
         return self.name or self.kind
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Do(Step):
+class Do(Step, frozen=True, kw_only=True):
     """Send a goal to an agent and wait for its result."""
 
     who: Who
@@ -79,8 +76,7 @@ class Do(Step):
         return self.name or f"{self.who.name}.{self.action}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ask(Step):
+class Ask(Step, frozen=True, kw_only=True):
     """Ask people; `{answer, by, at}`."""
 
     question: Expr
@@ -95,8 +91,7 @@ class Ask(Step):
     expect: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Call(Step):
+class Call(Step, frozen=True, kw_only=True):
     """Run a subtree in its own scope."""
 
     subtree: "Subtree"
@@ -109,30 +104,26 @@ class Call(Step):
         return self.name or self.subtree.name
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wait(Step):
+class Wait(Step, frozen=True, kw_only=True):
     """Wait a duration (seconds)."""
 
     duration: Expr
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Check(Step):
+class Check(Step, frozen=True, kw_only=True):
     """Succeed or fail now."""
 
     cond: Expr
     message: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Set(Step):
+class Set(Step, frozen=True, kw_only=True):
     """Assign vars, in file order."""
 
     assign: Mapping[str, Expr]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Notify(Step):
+class Notify(Step, frozen=True, kw_only=True):
     """Tell people; never fails. Empty `to` = the site's watchers."""
 
     text: Expr
@@ -140,16 +131,14 @@ class Notify(Step):
     severity: Literal["info", "warning", "alarm"] = "info"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fail(Step):
+class Fail(Step, frozen=True, kw_only=True):
     """Fail with a message and, optionally, a snake_case code."""
 
     message: Expr
     code: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sequence(Step):
+class Sequence(Step, frozen=True, kw_only=True):
     """Steps one after another, with memory. `reactive`: earlier children, pure checks, are re-checked live."""
 
     steps: tuple[Step, ...]
@@ -158,23 +147,20 @@ class Sequence(Step):
     """Runs in place after success and failure; segments `finally[i]`."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fallback(Step):
+class Fallback(Step, frozen=True, kw_only=True):
     """The first child that succeeds; while a later child runs, `error` is the former one's failure."""
 
     steps: tuple[Step, ...]
     reactive: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WaitUntil(Step):
+class WaitUntil(Step, frozen=True, kw_only=True):
     """Wait until a live condition is true."""
 
     cond: Expr
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WaitFor(Step):
+class WaitFor(Step, frozen=True, kw_only=True):
     """Wait for the next event of an agent. `since_task`: also one that came since the task's admission and none took yet."""
 
     who: Who
@@ -188,15 +174,13 @@ class WaitFor(Step):
         return self.name or f"{self.who.name}.{self.event}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Release(Step):
+class Release(Step, frozen=True, kw_only=True):
     """Give an agent back before the task ends: goal-free, recovered if airborne, then freed."""
 
     who: Who
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parallel(Step):
+class Parallel(Step, frozen=True, kw_only=True):
     """Children at once. `need`: "all", "any" or a number; segments `parallel[i]`."""
 
     steps: tuple[Step, ...]
@@ -204,8 +188,7 @@ class Parallel(Step):
     on_child_failure: Literal["finish", "cancel"] = "finish"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Loop(Step):
+class Loop(Step, frozen=True, kw_only=True):
     """`while` and `repeat`: rounds of `steps` (segments `steps[i]`). Exactly one of the first four is set.
 
     `until` is read after each round; `every`: start of a round to the start of the next, seconds; `max`: no more rounds.
@@ -224,8 +207,7 @@ class Loop(Step):
     max: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class For(Step):
+class For(Step, frozen=True, kw_only=True):
     """`for`: a round per item of lists of equal lengths, in order or at once; segments `steps[i]`."""
 
     lists: Mapping[str, Expr]
@@ -240,23 +222,20 @@ class For(Step):
     collect: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BreakIf(Step):
+class BreakIf(Step, frozen=True, kw_only=True):
     """Leave the nearest loop with success."""
 
     cond: Expr
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Guard(Step):
+class Guard(Step, frozen=True, kw_only=True):
     """Stop the steps and fail as soon as a live condition is false; segments `steps[i]`."""
 
     cond: Expr
     steps: tuple[Step, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class If(Step):
+class If(Step, frozen=True, kw_only=True):
     """Branch on a condition, read once at entry."""
 
     cond: Expr
@@ -264,8 +243,7 @@ class If(Step):
     otherwise: tuple[Step, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class SwitchCase:
+class SwitchCase(Struct, frozen=True):
     """One value of a `switch`, and its steps (segments `case0[i]`, `case1[i]` for the next one)."""
 
     value: str | int
@@ -273,8 +251,7 @@ class SwitchCase:
     steps: tuple[Step, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Switch(Step):
+class Switch(Step, frozen=True, kw_only=True):
     """Branch on a value, read once at entry; segments of the default `default[i]`.
 
     Without a default the cases name every value that the expression can have.
@@ -290,8 +267,7 @@ class Switch(Step):
         return (*(case.steps for case in self.cases), *((self.default,) if self.default else ()))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request(Step):
+class Request(Step, frozen=True, kw_only=True):
     """Start another task and, unless `wait` is false, wait for its end; it ends with its parent unless `detached`."""
 
     task: str
@@ -310,16 +286,14 @@ class Request(Step):
         return self.name or self.task
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WithAgents(Step):
+class WithAgents(Step, frozen=True, kw_only=True):
     """Extra agents for its steps (segments `steps[i]`), given back at their end; the expressions of roles are read at entry."""
 
     roles: Mapping[str, Role]
     steps: tuple[Step, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Subtree:
+class Subtree(Struct, frozen=True):
     """A reusable body with its own scope."""
 
     name: str

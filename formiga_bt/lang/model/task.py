@@ -1,8 +1,9 @@
 """A whole task: its sections, and what it declares beside them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Final, Literal
+
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
@@ -15,8 +16,7 @@ WAKES_A_SECOND: Final = 100
 """So often an engine second a task's own clocks may wake it; beyond that its next deadline is rounded up."""
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(Struct, frozen=True):
     """A checked task file. Sections are lists of steps; an empty one is absent."""
 
     name: str

@@ -1,8 +1,9 @@
 """What tasks are checked against: the catalogue of agent types and actions, and the site."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any, Final, Literal
+
+from msgspec import Struct, field
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
@@ -11,8 +12,7 @@ from formiga_bt.lang.model.steps import Subtree
 from formiga_bt.lang.types import Type
 
 
-@dataclass(frozen=True, slots=True)
-class FieldSpec:
+class FieldSpec(Struct, frozen=True):
     """A field of an action."""
 
     name: str
@@ -26,8 +26,7 @@ class FieldSpec:
     help: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ActionSpec:
+class ActionSpec(Struct, frozen=True):
     """An action of the catalogue."""
 
     name: str
@@ -50,8 +49,7 @@ class ActionSpec:
     help: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class AgentType:
+class AgentType(Struct, frozen=True):
     """An agent type of the catalogue, with what it extends already merged in."""
 
     name: str
@@ -82,8 +80,7 @@ class AgentType:
     lost_after_us: Micros = 30_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Catalogue:
+class Catalogue(Struct, frozen=True):
     """Agent types and actions that trees may use."""
 
     types: Mapping[str, AgentType] = field(default_factory=dict)
@@ -100,8 +97,7 @@ MIN_SPACING_M: Final = 3.0
 """`min_spacing` of a site that does not say it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Port:
+class Port(Struct, frozen=True):
     """A landing port: its place and where to wait when it is taken."""
 
     name: str
@@ -109,8 +105,7 @@ class Port:
     waiting: Any = None
 
 
-@dataclass(frozen=True, slots=True)
-class SiteAgent:
+class SiteAgent(Struct, frozen=True):
     """An agent that the site lists: its type and its own port."""
 
     id: str
@@ -118,8 +113,7 @@ class SiteAgent:
     home: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Site:
+class Site(Struct, frozen=True):
     """A checked site file (`formiga_site: 1`)."""
 
     name: str

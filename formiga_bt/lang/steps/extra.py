@@ -3,7 +3,7 @@
 They are read like those of a task, but when the block is entered: what they are near to may read loop names too.
 """
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.keyed import Keys

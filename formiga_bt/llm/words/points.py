@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from msgspec import structs
+
 from formiga_bt.base.geo import Frame, Place
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.world import RequestWorld
@@ -92,4 +94,4 @@ def with_points(world: RequestWorld, points: Mapping[str, RequestPoint]) -> Requ
     site = world.site
     frame = Frame(site.lat, site.lng, site.ground_msl_m)
     places = {**site.places, **{name: frame.place(one.lat, one.lng) for name, one in points.items()}}
-    return replace(world, site=replace(site, places=places))
+    return replace(world, site=structs.replace(site, places=places))

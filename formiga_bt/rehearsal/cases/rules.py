@@ -1,8 +1,9 @@
 """Reads `answers` of a case: how questions are answered, and what becomes of goals."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.keyed import read_keys

@@ -1,9 +1,10 @@
 """The site, the catalogue and the tasks of a journal, read from the exact files that were kept with it."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.packaged import files
 from formiga_bt.journal.records import SITE_FILES, BundleRow

@@ -1,8 +1,9 @@
 """A task without places and ways of writing, so that two can be compared for what they say."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Expr, Room, Subtree, Task
@@ -21,11 +22,11 @@ def said(value: Any) -> Any:
         return str(value)
     if isinstance(value, Mark | Room):
         return None
-    if is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, Struct):
         left = LEFT_OUT if isinstance(value, Task) else set()
         return {
             "": type(value).__name__,
-            **{f.name: said(getattr(value, f.name)) for f in fields(value) if f.name not in left},
+            **{name: said(getattr(value, name)) for name in value.__struct_fields__ if name not in left},
         }
     if isinstance(value, Mapping):
         return {key: said(item) for key, item in value.items()}

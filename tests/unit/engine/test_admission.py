@@ -1,10 +1,10 @@
 """Who is admitted: each card is judged, and what the site no longer lists stays ours until it rests."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Position

@@ -1,10 +1,10 @@
 """Who may let a task fly (`mode: real`): approvals, pilots on duty, preflight checks; and what no grant gets past."""
 
 import re
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place

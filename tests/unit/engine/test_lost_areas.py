@@ -1,10 +1,10 @@
 """The area of an explorer of which nobody knows what it does: how long it stays closed to others (safety: keeping apart)."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder

@@ -1,11 +1,11 @@
 """Times of the day: in the site's time zone, on the day of `now`; by the sun, also where it never sets or never rises."""
 
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value

@@ -1,9 +1,9 @@
 """What a task surely takes: where the estimate stops, so that nothing is reported that may be fine; ways through regions."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.geo import Place, Region
 from formiga_bt.base.packaged import folder

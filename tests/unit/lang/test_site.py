@@ -1,10 +1,10 @@
 """Site files: places in metres and degrees, ports, people, agents."""
 
-from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, horizontal_m

@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from formiga_bt.base.geo import Place
 from formiga_bt.llm.envelope import read_answer
@@ -237,10 +238,14 @@ def test_a_landing_that_a_sentence_wants_at_its_one_place_is_missed_where_it_is_
 
 def test_a_machine_that_a_spanish_request_names_in_words_that_are_not_known_is_not_called_unasked() -> None:
     types = dict(world().catalogue.types)
-    types["scout"] = replace(types["lwd"], name="scout", label="scout drone")
-    agents = {id: replace(one, type="scout") if one.type == "lwd" else one for id, one in world().site.agents.items()}
+    types["scout"] = structs.replace(types["lwd"], name="scout", label="scout drone")
+    agents = {
+        id: structs.replace(one, type="scout") if one.type == "lwd" else one for id, one in world().site.agents.items()
+    }
     of_scouts = replace(
-        world(), catalogue=replace(world().catalogue, types=types), site=replace(world().site, agents=agents)
+        world(),
+        catalogue=structs.replace(world().catalogue, types=types),
+        site=structs.replace(world().site, agents=agents),
     )
 
     def said(request: str) -> set[str]:
@@ -257,7 +262,7 @@ def test_a_machine_that_a_spanish_request_names_in_words_that_are_not_known_is_n
 
 def test_a_place_on_the_way_to_the_one_before_it_is_passed_and_not_gone_to_too_early() -> None:
     places = {"camp": Place(0.0, 60.0), "barn": Place(0.0, 120.0), "well": Place(0.0, 90.0), "mill": Place(60.0, 120.0)}
-    here = replace(world(), site=replace(world().site, places=places))
+    here = replace(world(), site=structs.replace(world().site, places=places))
 
     def said(request: str, *stops: str) -> list[str]:
         words = read(request, here.site, here.catalogue)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from formiga_bt.cli.app import run
 from formiga_bt.lang.loader import load_task_text
@@ -114,7 +115,7 @@ def test_a_request_that_is_too_long_is_refused_and_names_are_cut() -> None:
     regions = {
         f"{long}_{n}": region for n in range(60) for region in [next(iter(site.regions.values()), None)] if region
     }
-    hostile = replace(site, agents={**site.agents, **crowd}, places={**site.places, **places}, regions=regions)
+    hostile = structs.replace(site, agents={**site.agents, **crowd}, places={**site.places, **places}, regions=regions)
     chat = Scripted(tree(fly_to("camp"), home()))
     draft(REQUEST, replace(world(), site=hostile), chat, options=Options(rounds=0))
     (system, *_) = chat.asked[0]

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from msgspec import structs
 
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.words.wording import read, roles_of, types_said
@@ -17,9 +18,9 @@ def world() -> RequestWorld:
     shipped = world_of()
     types = dict(shipped.catalogue.types)
     for name, label in (("eye", "camera drone"), ("scout", "scout drone"), ("mule", "mule")):
-        types[name] = replace(types["lwd"], name=name, label=label)
-    site = replace(shipped.site, places={**shipped.site.places, "mule_path": shipped.site.places["camp"]})
-    return replace(shipped, catalogue=replace(shipped.catalogue, types=types), site=site)
+        types[name] = structs.replace(types["lwd"], name=name, label=label)
+    site = structs.replace(shipped.site, places={**shipped.site.places, "mule_path": shipped.site.places["camp"]})
+    return replace(shipped, catalogue=structs.replace(shipped.catalogue, types=types), site=site)
 
 
 def types_of(request: str) -> set[str]:
@@ -170,7 +171,7 @@ def test_a_number_of_something_else_or_an_uncertain_one_is_left_to_the_model(req
 
 def test_a_place_whose_name_ends_in_a_number_counts_no_drones() -> None:
     places = {**world().site.places, "checkpoint_2": world().site.places["camp"]}
-    words = read("At checkpoint 2 drones turn back", replace(world().site, places=places), world().catalogue)
+    words = read("At checkpoint 2 drones turn back", structs.replace(world().site, places=places), world().catalogue)
 
     assert (words.places, words.counts) == ({"checkpoint_2": "checkpoint 2"}, {})
 

@@ -1,8 +1,7 @@
 """What is approved before a task may fly for real (safety.approval)."""
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.lang.model import Task
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of

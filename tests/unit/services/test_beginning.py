@@ -1,9 +1,9 @@
 """At which engine time a start begins: mode real lives in the time of the wall clock."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import MOST_AHEAD, SECOND, Micros
 from formiga_bt.engine.kernel.state import EngineState

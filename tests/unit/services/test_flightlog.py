@@ -2,10 +2,10 @@
 
 import csv
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import SiteError
 from formiga_bt.base.geo import Position

@@ -4,11 +4,11 @@ import json
 import logging
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.durable import write_durably

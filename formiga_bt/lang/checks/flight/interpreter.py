@@ -8,6 +8,8 @@ one action does.
 from dataclasses import replace
 from typing import Final
 
+from msgspec import structs
+
 from formiga_bt.lang.checks.agreeing import MOST
 from formiga_bt.lang.checks.flight.doing import Doing
 from formiga_bt.lang.checks.flight.flight_states import (
@@ -349,7 +351,7 @@ class Interpreter(Doing):
         twins = twins_of(bound, step)
         if twins:
             bound = {name: one for name, one in bound.items() if name not in twins}
-            step = replace(step, steps=renamed(step.steps, twins))
+            step = structs.replace(step, steps=renamed(step.steps, twins))
         self.again = {*self.again - step.lists.keys(), *(name for name, one in bound.items() if one.twice)}
         outer = {**(here.outer or {}), **dict.fromkeys(step.lists, "")}
         for name, one in bound.items():

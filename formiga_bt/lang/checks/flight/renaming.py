@@ -2,8 +2,10 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Dependency, Do, Expr, Step, Subtree, Who
@@ -30,8 +32,8 @@ def _renamed(part: Any, names: Mapping[str, str]) -> Any:
             return {key: _renamed(value, names) for key, value in part.items()}
     if isinstance(part, Do):  # what people read
         part = replace(part, name=part.title)
-    if is_dataclass(part) and not isinstance(part, type):
-        return replace(part, **{one.name: _renamed(getattr(part, one.name), names) for one in fields(part)})
+    if isinstance(part, Struct):
+        return replace(part, **{name: _renamed(getattr(part, name), names) for name in part.__struct_fields__})
     return part
 
 

@@ -176,7 +176,7 @@ def test_a_person_is_told_commands_that_hold_no_others(ground: ServedSite, tmp_p
 
 
 def test_on_a_real_site_a_task_is_approved_first(ground: ServedSite, tmp_path: Path) -> None:
-    real = replace(ground, own=tmp_path, site=replace(ground.site, mode="real", people={"approvers": ("eve",)}))
+    real = replace(ground, own=tmp_path, site=structs.replace(ground.site, mode="real", people={"approvers": ("eve",)}))
     kept = propose(tmp_path, *proposal())
     assert next_steps(kept, real, {}, is_there=True)[1] == "formiga approve Circle --by eve"
     assert next_steps(kept, real, {}, is_there=False)[1:] == [
