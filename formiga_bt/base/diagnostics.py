@@ -4,8 +4,10 @@ Built by `lang`, printed by `formiga check`, and fed back to a model that wrote 
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Final, Literal
+
+from msgspec import Struct
 
 Severity = Literal["error", "warning"]
 
@@ -14,8 +16,7 @@ LONGEST: Final = 200
 CUT: Final = "..."
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Mark:
+class Mark(Struct, frozen=True, eq=False):
     """A span of a source file: 1-based line and column of its first character, and the column after its last."""
 
     file: str
@@ -23,8 +24,20 @@ class Mark:
     col: int
     end_line: int = 0
     end_col: int = 0
-    label: str = field(default="", compare=False)
+    label: str = ""
     """How messages call the line, if not by its number: the path of a task in JSON form."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two marks are of one span."""
+        return isinstance(other, Mark) and _span(self) == _span(other)
+
+    def __lt__(self, other: "Mark") -> bool:
+        """Return whether this span comes first."""
+        return bool(_span(self) < _span(other))
+
+    def __hash__(self) -> int:
+        """Return a hash of the span."""
+        return hash(_span(self))
 
     @property
     def said(self) -> str:
@@ -35,16 +48,17 @@ class Mark:
         return f"{self.file}:{self.line}:{self.col}"
 
 
-@dataclass(frozen=True, slots=True)
-class Fix:
+_span = attrgetter("file", "line", "col", "end_line", "end_col")
+
+
+class Fix(Struct, frozen=True):
     """A mechanical mend: replace the span of `mark` by `text`."""
 
     mark: Mark
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class UnknownName:
+class UnknownName(Struct, frozen=True):
     """A word that names nothing here."""
 
     name: str
@@ -52,8 +66,7 @@ class UnknownName:
     """A name that is like it; empty = none."""
 
 
-@dataclass(frozen=True, slots=True)
-class UnusedName:
+class UnusedName(Struct, frozen=True):
     """Something that is declared and not used."""
 
     kind: str
@@ -62,23 +75,20 @@ class UnusedName:
     """Of an import: as it is written."""
 
 
-@dataclass(frozen=True, slots=True)
-class LeftAirborne:
+class LeftAirborne(Struct, frozen=True):
     """A role of which a machine can be in the air when it must stand."""
 
     role: str
 
 
-@dataclass(frozen=True, slots=True)
-class CommandedTwice:
+class CommandedTwice(Struct, frozen=True):
     """A machine that is commanded from two places at once."""
 
     agent: str
     """A role or a loop name, or an item of one: `drones[0]`."""
 
 
-@dataclass(frozen=True, slots=True)
-class OnGround:
+class OnGround(Struct, frozen=True):
     """A place where a position in the air is needed."""
 
     place: str
@@ -88,8 +98,7 @@ class OnGround:
 About = UnknownName | UnusedName | LeftAirborne | CommandedTwice | OnGround
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True, eq=False):
     """One problem: a stable code (E = refused, W = warning), its place, what is wrong, and the mend."""
 
     code: str
@@ -98,14 +107,25 @@ class Diagnostic:
     help: str = ""
     within: str = ""
     """Where in the task, in words: `PickUp / steps / GoTo`."""
-    fix: Fix | None = field(default=None, compare=False)
-    about: About | None = field(default=None, compare=False)
+    fix: Fix | None = None
+    about: About | None = None
     """What the message speaks of, for programs: no program reads the message. None = no program asks."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two say the same of one place, whatever mends it."""
+        return isinstance(other, Diagnostic) and _said(self) == _said(other)
+
+    def __hash__(self) -> int:
+        """Return a hash of what it says."""
+        return hash(_said(self))
 
     @property
     def severity(self) -> Severity:
         """Return "error" for E codes and "warning" for W codes."""
         return "warning" if self.code.startswith("W") else "error"
+
+
+_said = attrgetter("code", "mark", "message", "help", "within")
 
 
 def in_order(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

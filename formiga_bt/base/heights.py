@@ -8,8 +8,10 @@ under a leg has no steps. Where the grid ends or has no data the ground is unkno
 import math
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.base.geo import Place, Position
 
@@ -24,8 +26,10 @@ _CORNERS: Final = (("xllcorner", "xllcenter"), ("yllcorner", "yllcenter"))
 _KEYS: Final = (*_COUNTS, *_CORNERS[0], *_CORNERS[1], "cellsize", "nodata_value")
 
 
-@dataclass(frozen=True, slots=True)
-class HeightGrid:
+_made_of = attrgetter("cols", "rows", "west_m", "south_m", "cell_m", "digest")
+
+
+class HeightGrid(Struct, frozen=True, eq=False):
     """Heights of the ground over the base's ground, metres; rows from south to north, in each from west to east."""
 
     cols: int
@@ -35,10 +39,22 @@ class HeightGrid:
     south_m: float
     """North of the base: the middle of the southernmost cells."""
     cell_m: float
-    heights_m: Sequence[float] = field(repr=False, compare=False)
+    heights_m: Sequence[float]
     """`cols * rows` heights; NaN = no data."""
     digest: str = ""
     """What the heights were read from, as the reader names it; it stands for them when grids are compared."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two grids were read from the same, for the same place."""
+        return isinstance(other, HeightGrid) and _made_of(self) == _made_of(other)
+
+    def __hash__(self) -> int:
+        """Return a hash of what it was read from."""
+        return hash(_made_of(self))
+
+    def __repr__(self) -> str:
+        """Return it without its heights: there are millions."""
+        return f"HeightGrid({', '.join(map(repr, _made_of(self)))})"
 
     def ground_m(self, east_m: float, north_m: float) -> float | None:
         """Return the height of the ground over the base's ground; None outside the grid and where it has no data."""

@@ -5,9 +5,10 @@ Called by `check`, `show` and whatever runs a task. The loader is imported when 
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
 from formiga_bt.base.errors import UnusableFile as UnusableFile
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from formiga_bt.lang.model import Catalogue, Site, Task
 
 
-@dataclass(frozen=True, slots=True)
-class CheckWorld:
+class CheckWorld(Struct, frozen=True):
     """What task files are checked against, and what is wrong with it."""
 
     catalogue: "Catalogue"
@@ -28,8 +28,7 @@ class CheckWorld:
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class ReadFile:
+class ReadFile(Struct, frozen=True):
     """One task file as read: `task` is None when it has errors, or when it is a library of subtrees."""
 
     path: Path
@@ -38,8 +37,7 @@ class ReadFile:
     sources: Mapping[str, str]
 
 
-@dataclass(frozen=True, slots=True)
-class FoundFiles:
+class FoundFiles(Struct, frozen=True):
     """The task files that paths mean, and the YAML files of folders that were passed over."""
 
     tasks: list[Path]

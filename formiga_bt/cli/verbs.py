@@ -4,12 +4,12 @@ Each module has one function `command(...)` with typer's annotations. Nothing is
 `formiga --help` and `formiga check` start fast.
 """
 
-from dataclasses import dataclass
 from importlib.util import find_spec
 
+from msgspec import Struct
 
-@dataclass(frozen=True, slots=True)
-class Verb:
+
+class Verb(Struct, frozen=True):
     """A verb of the command line."""
 
     name: str

@@ -7,9 +7,10 @@ A body is the steps of a task or of a subtree. `flow` is the part that depends o
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from operator import is_
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic, Fix, Mark, UnknownName
 from formiga_bt.base.units import format_number

@@ -5,8 +5,9 @@ keeps what was read, finds circles, and remembers every text for diagnostics and
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.keyed import read_keys
@@ -19,8 +20,7 @@ from formiga_bt.lang.text.synonyms import nearest
 LANGUAGE_VERSION = 1
 
 
-@dataclass(slots=True)
-class Unit:
+class Unit(Struct):
     """One file: its keys, the subtrees it defines, and the files it imports."""
 
     file: str

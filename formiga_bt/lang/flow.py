@@ -1,13 +1,12 @@
 """What holds at one point of a body: the part of its names that depends on the path (definite assignment)."""
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.types import Type
 
 
-@dataclass(frozen=True, slots=True)
-class NamedValue:
+class NamedValue(Struct, frozen=True):
     """A name of a body: its type, where it was defined, and as what."""
 
     type: Type
@@ -16,8 +15,7 @@ class NamedValue:
     """param, var, role, loop name or saved."""
 
 
-@dataclass(slots=True)
-class Flow:
+class Flow(Struct):
     """What holds at one point of a body: saved names, those surely set, those that may not be saved again."""
 
     saved: dict[str, NamedValue] = field(default_factory=dict)
@@ -47,8 +45,7 @@ def join(*flows: Flow) -> Flow:
     return Flow(saved, sure, taken, not live, released)
 
 
-@dataclass(frozen=True, slots=True)
-class Around:
+class Around(Struct, frozen=True):
     """The loop that a `break_if` would leave: its place, what holds where it is left, and what stands between."""
 
     mark: Mark

@@ -6,9 +6,10 @@ option with `available=False` belongs to the language but not to this version: i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
+
+from msgspec import Struct
 
 Form = Literal[
     "action",  # role.Action
@@ -28,8 +29,7 @@ Form = Literal[
 """What the value of a key looks like."""
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
+class Option(Struct, frozen=True):
     """A key of a mapping: its name, the form of its value, and one line for people."""
 
     name: str
@@ -54,8 +54,7 @@ class Option:
     """A limit of a number, SI, that is not."""
 
 
-@dataclass(frozen=True, slots=True)
-class StepKind:
+class StepKind(Struct, frozen=True):
     """A step kind: the form of its own value, its options, and one line for people."""
 
     name: str

@@ -7,10 +7,10 @@ re-exported, so that a caller needs this module only.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
@@ -46,8 +46,7 @@ _MOST_STEPS: Final = 20_000
 _SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 
 
-@dataclass(frozen=True, slots=True)
-class Loaded:
+class Loaded(Struct, frozen=True):
     """What became of a task file."""
 
     task: Task | None

@@ -14,10 +14,11 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from formiga_bt.base.geo import Place, Position, Region
 
@@ -32,8 +33,7 @@ Value = bool | int | float | str | Place | Position | Region | AgentRef | tuple[
 """Any value of a running tree; None only stands for "not set"."""
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(Struct, frozen=True, eq=False):
     """A type. `ANY` is the poison type that stops cascades of errors; it fits everything."""
 
     name: str
@@ -43,10 +43,18 @@ class Type:
     """Of an enum."""
     of: tuple[str, ...] = ()
     """Agent types that an agent value may have; empty = any."""
-    fields: Mapping[str, "Type"] = field(default_factory=dict, hash=False)
+    fields: Mapping[str, "Type"] = field(default_factory=dict)
     """Of a record."""
-    foreign: bool = field(default=False, compare=False)
+    foreign: bool = False
     """Of an agent that the task does not hold (`fleet('hwd')`, a param): it may be looked at and asked, not commanded."""
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two types are the same, foreign or not."""
+        return isinstance(other, Type) and _named(self) == _named(other) and self.fields == other.fields
+
+    def __hash__(self) -> int:
+        """Return a hash that equal types share."""
+        return hash(_named(self))
 
     @property
     def is_foreign(self) -> bool:
@@ -62,6 +70,8 @@ class Type:
             return " or ".join(self.of) + " agent"
         return self.name
 
+
+_named = attrgetter("name", "item", "values", "of")
 
 ANY = Type("any")
 NUMBER, INT, TEXT, BOOL, PERCENT = Type("number"), Type("int"), Type("text"), Type("bool"), Type("percent")

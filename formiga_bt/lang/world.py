@@ -1,7 +1,8 @@
 """What does not change while a file is read: the catalogue, the site, the other tasks; and subtrees as callers see them."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expr.scope import Scope
@@ -11,8 +12,7 @@ from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import Type
 
 
-@dataclass(frozen=True, slots=True)
-class Callee:
+class Callee(Struct, frozen=True):
     """A subtree as callers see it: what it needs of each agent param, and whether it could be read at all."""
 
     subtree: Subtree
@@ -28,8 +28,7 @@ Resolver = Callable[[Scalar], Callee | None]
 """Finds the subtree that a call names, or reports why not."""
 
 
-@dataclass(frozen=True, slots=True)
-class World:
+class World(Struct, frozen=True):
     """What does not change while a file is read."""
 
     catalogue: Catalogue

@@ -5,12 +5,13 @@ import subprocess
 import tarfile
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from msgspec.structs import replace
 
 from formiga_bt.cli.inputs import CheckWorld, ReadFile, UnusableFile, read_task, read_world, readable, rendered
 

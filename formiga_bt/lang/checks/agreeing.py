@@ -6,9 +6,10 @@ told apart only between the first and the last step that reads it (`Split`), so 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.lang.checks.bodies import parts
 from formiga_bt.lang.model import Expr, Fallback, For, If, Loop, Parallel, Set, Step, Task
@@ -24,8 +25,7 @@ _Group = list[tuple[Expr, bool]]
 """Conditions that agree, and how each has to turn out for the first word of them to hold."""
 
 
-@dataclass(frozen=True, slots=True)
-class Split:
+class Split(Struct, frozen=True):
     """Where in a list of steps conditions that agree are told apart: from one step to another, both included."""
 
     first: int

@@ -7,8 +7,9 @@ granted all together, so they wait for nobody while they hold; only `with_agents
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import PurePath
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.model import Call, Catalogue, Parallel, Role, Step, Task, WithAgents
@@ -18,8 +19,7 @@ from formiga_bt.lang.walk import children
 _HELP = "ask for both together, in one with_agents or in agents: they are granted all or none"
 
 
-@dataclass(frozen=True, slots=True)
-class RoleWait:
+class RoleWait(Struct, frozen=True):
     """A role that is waited for while another one is held."""
 
     task: str

@@ -5,7 +5,8 @@ time of its own. `wait: 0 s` of a role is something else (it does not queue), an
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait
@@ -13,8 +14,7 @@ from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
 
 
-@dataclass(frozen=True, slots=True)
-class _Bound:
+class _Bound(Struct, frozen=True):
     """What ends a step from outside."""
 
     seconds: float

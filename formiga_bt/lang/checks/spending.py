@@ -1,8 +1,9 @@
 """What machines take for ways, areas and hovering: seconds, and points of charge by the formulae of the gate."""
 
 import math
-from dataclasses import dataclass, field
 from typing import Any
+
+from msgspec import Struct, field
 
 from formiga_bt.base.energy import Power, hover_pct, power_of, way_pct
 from formiga_bt.base.geo import Position, Region
@@ -15,8 +16,7 @@ from formiga_bt.lang.model import (
 from formiga_bt.lang.site.envelope import key_of
 
 
-@dataclass(slots=True)
-class Sum:
+class Sum(Struct):
     """What some steps take at least: seconds, and by (role, type) seconds in the air and points of charge."""
 
     usual_s: float = 0.0

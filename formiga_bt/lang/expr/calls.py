@@ -5,7 +5,8 @@ refusal is that of the form which came furthest.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from formiga_bt.lang.expr.helpers import REQUIRED, Arg, Helper
 from formiga_bt.lang.expr.scope import Scope
@@ -14,8 +15,7 @@ from formiga_bt.lang.expr.typing_rules import POINTS, QUANTITIES, fits, in_words
 from formiga_bt.lang.types import ANY, Type
 
 
-@dataclass(frozen=True, slots=True)
-class BoundCall:
+class BoundCall(Struct, frozen=True):
     """A helper with its arguments in order, defaults filled in, and the type of the result."""
 
     helper: Helper

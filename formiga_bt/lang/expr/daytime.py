@@ -6,13 +6,15 @@ reads one is looked at then (`instants`); between two midnights it is constant.
 
 import re
 from datetime import UTC, datetime, time, timedelta
-from typing import Final
-from zoneinfo import ZoneInfo
+from typing import TYPE_CHECKING, Final
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place
 from formiga_bt.base.sun import daylight
 from formiga_bt.lang.model import Dependency, Env, EvalError, Unset
+
+if TYPE_CHECKING:
+    from zoneinfo import ZoneInfo
 
 TODAY: Final = Dependency("today")
 """What an expression reads that depends on the day of `now`, and on nothing else of it."""
@@ -65,11 +67,11 @@ def at_site(local: datetime, zone: str) -> Micros:
     Raises:
         EvalError: a change of the clocks leaves this time out, or makes it happen twice.
     """
-    first, second = (local.replace(tzinfo=ZoneInfo(zone), fold=fold) for fold in (0, 1))
+    first, second = (local.replace(tzinfo=_zone(zone), fold=fold) for fold in (0, 1))
     if first.utcoffset() == second.utcoffset():
         return (first - _EPOCH) // timedelta(microseconds=1)
     text = local.isoformat(timespec="minutes")
-    if first.astimezone(UTC).astimezone(ZoneInfo(zone)).replace(tzinfo=None) != local:
+    if first.astimezone(UTC).astimezone(_zone(zone)).replace(tzinfo=None) != local:
         raise EvalError(
             f"{text} does not exist in {zone}: the clocks go forward over it; write another time, or its offset"
         )
@@ -79,7 +81,7 @@ def at_site(local: datetime, zone: str) -> Micros:
 
 def at_site_of(env: Env, local: datetime) -> Micros:
     """Return the same in the site's time zone."""
-    return at_site(local, _zone(env).key)
+    return at_site(local, _zone_of(env).key)
 
 
 def _light(env: Env, place: Place) -> tuple[Micros, Micros]:
@@ -95,17 +97,23 @@ def _noon(env: Env) -> datetime:
     except Unset:
         raise EvalError("which day today is will only be known when it runs; write the date, too") from None
     assert isinstance(now, int), "`now` is an integer of microseconds"
-    here = (_EPOCH + timedelta(microseconds=now)).astimezone(_zone(env))
+    here = (_EPOCH + timedelta(microseconds=now)).astimezone(_zone_of(env))
     return here.replace(hour=12, minute=0, second=0, microsecond=0, fold=0)
 
 
-def _zone(env: Env) -> ZoneInfo:
+def _zone_of(env: Env) -> "ZoneInfo":
     try:
         site = env.name("site")
     except Unset:
         site = {}
     name = site.get("timezone", "UTC") if isinstance(site, dict) else "UTC"
-    return ZoneInfo(str(name))
+    return _zone(str(name))
+
+
+def _zone(name: str) -> "ZoneInfo":
+    from zoneinfo import ZoneInfo  # slow to import, and few tasks need it
+
+    return ZoneInfo(name)
 
 
 def _start(noon: datetime) -> datetime:

@@ -8,9 +8,10 @@ a quantity or a time), `$agent` (the result has the types of the argument), `$it
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
+
+from msgspec import Struct
 
 from formiga_bt.lang.expr import daytime, members, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
@@ -38,8 +39,7 @@ QUANTITY: Final = Type("$quantity")
 ITEM: Final = Type("$item")
 
 
-@dataclass(frozen=True, slots=True)
-class Arg:
+class Arg(Struct, frozen=True):
     """An argument of a helper. `rest` takes one or more values and is the last."""
 
     name: str
@@ -48,8 +48,7 @@ class Arg:
     rest: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Helper:
+class Helper(Struct, frozen=True):
     """A pure function with its types; with `needs_env` it gets the environment first. May raise only `EvalError`."""
 
     name: str

@@ -6,9 +6,10 @@ Called by `literals` for a text that is no quantity of the type that is due.
 import re
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.base.units import UNITS, format_quantity, parse_quantity
 from formiga_bt.lang.expr.typed import unit_choices
@@ -22,8 +23,7 @@ _MINUTES: Final[Mapping[str, str]] = MappingProxyType({"m": "min"})
 _DASHES: Final = str.maketrans({"\u2212": "-", "\u2013": "-", "\u2010": "-"})
 
 
-@dataclass(frozen=True, slots=True)
-class Meant:
+class Meant(Struct, frozen=True):
     """What a text was meant to be."""
 
     said: str

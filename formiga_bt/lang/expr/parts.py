@@ -7,8 +7,9 @@ code is `never`), so that one mistake is one diagnostic.
 import ast
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any, Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import About
 from formiga_bt.lang.expr.scope import Scope
@@ -50,8 +51,7 @@ def reads_of(parts: Iterable[Typed]) -> tuple[Dependency, ...]:
     return tuple(dict.fromkeys(read for part in parts for read in part.reads))
 
 
-@dataclass(frozen=True, slots=True)
-class Compared:
+class Compared(Struct, frozen=True):
     """A comparison that reads `now`, for the deadlines of live conditions."""
 
     op: str

@@ -10,11 +10,12 @@ import bisect
 import difflib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, Literal, cast
+
+from msgspec import Struct
 
 from formiga_bt.base.units import LARGEST, NUMBER, UNIT, UNITS, to_si
 
@@ -79,8 +80,7 @@ class ExprSyntax(Exception):  # noqa: N818 - never leaves the compiler, it becom
         self.start, self.end, self.message, self.mend, self.code, self.mended = start, end, message, mend, code, mended
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(Struct, frozen=True):
     """A word of an expression; columns are 0-based in the expression."""
 
     kind: _TokenKind
@@ -92,8 +92,7 @@ class Token:
     """Type name of a quantity."""
 
 
-@dataclass(frozen=True, slots=True)
-class Parsed:
+class Parsed(Struct, frozen=True):
     """An expression as a Python ast over placeholders, with the way back to tokens and columns."""
 
     source: str

@@ -6,9 +6,10 @@ it is made.
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import About, Diagnostic, Fix, OnGround
 from formiga_bt.base.units import LIKELY
@@ -26,8 +27,7 @@ _EXAMPLES: Final[Mapping[str, str]] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Typed:
+class Typed(Struct, frozen=True):
     """A checked part of an expression: its type, its code, its columns, and what it reads."""
 
     type: Type
@@ -112,8 +112,7 @@ def unit_choices(type_name: str, number: str = "") -> str:
     return " or ".join(f"{shown} {unit}" for unit in LIKELY.get(type_name, ()))
 
 
-@dataclass(frozen=True, slots=True)
-class Mismatch:
+class Mismatch(Struct, frozen=True):
     """Why a value does not stand where a type is due."""
 
     code: str

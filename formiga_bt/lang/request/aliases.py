@@ -7,8 +7,9 @@ or has the alias, `target`, else the only one of type place. With an ending (`la
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Param, Task
@@ -76,8 +77,7 @@ def find_task(tasks: Mapping[str, Task], word: str) -> Task | None:
     return tasks.get(word) or next((task for task in tasks.values() if word in task.aliases), None)
 
 
-@dataclass(frozen=True, slots=True)
-class Degrees:
+class Degrees(Struct, frozen=True):
     """Latitude and longitude that were given apart for one place."""
 
     param: Param

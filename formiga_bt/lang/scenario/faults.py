@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from msgspec import structs
+
 from formiga_bt.base.clock import micros
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.scenario.book import Book
@@ -33,9 +35,9 @@ def read_faults(book: Book) -> list[ScenarioFault]:
 def _fault(book: Book, mapping: Mapping_) -> list[ScenarioFault]:
     entry = mapping.get("kind")
     kind = read_word(entry.value, book.problems, "kind", tuple(FAULTS)) if entry is not None else ""
-    every = tuple({o.name: replace(o, required=False) for options in FAULTS.values() for o in options}.values())
+    every = tuple({o.name: structs.replace(o, required=False) for options in FAULTS.values() for o in options}.values())
     owner = f"the fault '{kind}'" if kind else "a fault"
-    general = [replace(o, required=False) if o.name == "agent" and kind in _FOR_ALL else o for o in FAULT]
+    general = [structs.replace(o, required=False) if o.name == "agent" and kind in _FOR_ALL else o for o in FAULT]
     keys = read_keys(mapping, (*general, *(FAULTS[kind] if kind else every)), book.problems, owner)
     lasts = keys.number("for") if "for" in keys else 0.0
     agents = _agents(book, keys, kind)

@@ -5,9 +5,10 @@ three counts, whatever is written. Called by the readers of catalogues, sites an
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
@@ -53,8 +54,7 @@ _SUFFIX: Final[Mapping[str, str]] = MappingProxyType(
 _KINDS: Final = MappingProxyType({option.name: option.type for option in ENVELOPE})
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(Struct, frozen=True):
     """One limit as it is written: its name, its value (SI, percent 0..100, a flag 0 or 1) and the place of the value."""
 
     name: str

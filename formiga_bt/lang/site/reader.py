@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
 from formiga_bt.base.endpoints import open_to_others
 from formiga_bt.base.heights import HeightGrid
@@ -84,6 +83,8 @@ class SiteReader(Points):
         at = self.keys.text("timezone")
         if at is None:
             return "UTC"
+        from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones  # slow, and few sites need it
+
         try:
             return ZoneInfo(at.text).key
         except (ZoneInfoNotFoundError, ValueError, OSError):

@@ -5,9 +5,10 @@ points lie between the ground and the greatest height. Called by `lang.site` onc
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
+
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, Region, distance_m, horizontal_m, is_within
@@ -17,8 +18,7 @@ from formiga_bt.lang.site.envelope import Limit, ceiling, key_of, strictest
 from formiga_bt.lang.text.reading import Problems
 
 
-@dataclass(slots=True)
-class Written:
+class Written(Struct):
     """Where the parts of a site stand in its file."""
 
     base: Mark | None = None

@@ -4,8 +4,10 @@ The loops are in `loops`. Both are handed the readers of steps by `step`, which 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
@@ -21,8 +23,7 @@ from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
 
 
-@dataclass(frozen=True, slots=True)
-class Readers:
+class Readers(Struct, frozen=True):
     """The readers of steps: of a list, of one step, and of the items of a list."""
 
     steps: Callable[[Body, Node, str, str], tuple[Step, ...]]

@@ -3,8 +3,9 @@
 A round may read what an earlier one saved, after `is_set`; such a body is read twice, the second time with those names.
 """
 
-from dataclasses import replace
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Fix
 from formiga_bt.base.units import parse_quantity

@@ -4,8 +4,9 @@ Each function reads the keys of one step and returns its own part of the model; 
 """
 
 import re
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false

@@ -5,10 +5,11 @@ because what is saved and certain at a step depends on the steps before it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body

@@ -6,11 +6,11 @@ by `colons` and `traps`. Called by the loader for tasks, libraries, catalogues, 
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
 
 import yaml
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.text.colons import colon_in_key, missing_colon
@@ -23,8 +23,7 @@ _MOST_KEPT_CHARS: Final = 50_000
 """Longer texts are read anew each time."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scalar:
+class Scalar(Struct, frozen=True):
     """A scalar as written. `mark` spans the token with its quotes; `block` means `|` or `>` style."""
 
     text: str
@@ -43,16 +42,14 @@ class Scalar:
         return Mark(self.mark.file, line, first + start, line, first + max(end, start + 1), label)
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """One key of a mapping with its value."""
 
     key: Scalar
     value: "Node"
 
 
-@dataclass(frozen=True, slots=True)
-class Mapping_:  # noqa: N801 - `Mapping` is the standard library's word
+class Mapping_(Struct, frozen=True):  # noqa: N801 - `Mapping` is the standard library's word
     """A mapping; keys are unique, in file order."""
 
     entries: tuple[Entry, ...]
@@ -63,8 +60,7 @@ class Mapping_:  # noqa: N801 - `Mapping` is the standard library's word
         return next((entry for entry in self.entries if entry.key.text == key), None)
 
 
-@dataclass(frozen=True, slots=True)
-class Listing:
+class Listing(Struct, frozen=True):
     """A YAML list."""
 
     items: tuple["Node", ...]

@@ -7,8 +7,9 @@ reported all at once. Values with types and units are read by `lang.expressions`
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import About, Diagnostic, Fix, Mark, UnusedName
 from formiga_bt.base.units import LIKELY, parse_quantity, too_large

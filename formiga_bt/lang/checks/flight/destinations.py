@@ -5,8 +5,9 @@ calls written out. What comes of a step, or is a constant, has no roots: it is n
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.checks.flight.landing import named
@@ -19,8 +20,7 @@ HOME: Final = "its home"
 _POINTS: Final = ("place", "position", "region")
 
 
-@dataclass(frozen=True, slots=True)
-class Meaning:
+class Meaning(Struct, frozen=True):
     """What a name stands for in the words of the task."""
 
     roots: frozenset[str] | None
@@ -34,8 +34,7 @@ Meanings = Mapping[str, Meaning]
 _PLAIN: Final = Meaning(frozenset())
 
 
-@dataclass(frozen=True, slots=True)
-class Goal:
+class Goal(Struct, frozen=True):
     """A place that a role is sent to."""
 
     meaning: Meaning

@@ -4,7 +4,8 @@ E030, E031, E033 and W032. `flying` builds on this, and moves a sky through step
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import LeftAirborne, Mark
 from formiga_bt.lang.checks.agreeing import Assumed, Splits

@@ -5,9 +5,11 @@ The data of `flight`, which moves them through a task's steps.
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Final, Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Expr, Role
@@ -16,8 +18,7 @@ from formiga_bt.lang.types import ANY
 Air = Literal["grounded", "airborne", "unknown"]
 
 
-@dataclass(frozen=True, slots=True)
-class Why:
+class Why(Struct, frozen=True):
     """How a state came about: the path in words, the step that led to it, and the step that failed, if one did."""
 
     path: str
@@ -31,8 +32,7 @@ Sky = Mapping[str, States]
 of a sky = no path leads here."""
 
 
-@dataclass(frozen=True, slots=True)
-class Outcomes:
+class Outcomes(Struct, frozen=True):
     """What a step leaves behind when it succeeds, fails, or is skipped."""
 
     success: Sky | None
@@ -42,8 +42,7 @@ class Outcomes:
     """Of a loop: where it may be stopped between two rounds."""
 
 
-@dataclass(frozen=True, slots=True)
-class InterpreterPlace:
+class InterpreterPlace(Struct, frozen=True):
     """Where the interpreter is: how to report, and what local names are called outside."""
 
     file: str
@@ -59,11 +58,14 @@ class InterpreterPlace:
     """The first order of what was called there."""
     both: str = ""
     """Two names that are one machine here, in words."""
-    outer: Mapping[str, str] | None = field(default=None, hash=False)
+    outer: Mapping[str, str] | None = None
+
+    def __hash__(self) -> int:
+        """Return a hash that leaves out the names outside."""
+        return hash((self.file, self.silent, self.lenient, self.sure, self.call, self.called, self.first, self.both))
 
 
-@dataclass(frozen=True, slots=True)
-class ReachedStates:
+class ReachedStates(Struct, frozen=True):
     """Where steps have led to, when conditions turned out so."""
 
     assumed: Mapping[int, bool]

@@ -5,10 +5,9 @@ the caller's machines. The items of a list that a `for` goes over are followed a
 one action does.
 """
 
-from dataclasses import replace
 from typing import Final
 
-from msgspec import structs
+from msgspec.structs import replace
 
 from formiga_bt.lang.checks.agreeing import MOST
 from formiga_bt.lang.checks.flight.doing import Doing
@@ -351,7 +350,7 @@ class Interpreter(Doing):
         twins = twins_of(bound, step)
         if twins:
             bound = {name: one for name, one in bound.items() if name not in twins}
-            step = structs.replace(step, steps=renamed(step.steps, twins))
+            step = replace(step, steps=renamed(step.steps, twins))
         self.again = {*self.again - step.lists.keys(), *(name for name, one in bound.items() if one.twice)}
         outer = {**(here.outer or {}), **dict.fromkeys(step.lists, "")}
         for name, one in bound.items():

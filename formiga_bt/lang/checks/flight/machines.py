@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.lang.checks.flight.flight_states import Sky, States, merge
 from formiga_bt.lang.checks.known import agents_of
@@ -14,8 +15,7 @@ from formiga_bt.lang.walk import bare, commands, item_name
 _AROUND: Final = re.compile(r"reverse\((.*)\)")
 
 
-@dataclass(frozen=True, slots=True)
-class MachineSet:
+class MachineSet(Struct, frozen=True):
     """The machines that an expression stands for. `all`: every one of them, so that what happens to it happens to each."""
 
     name: str

@@ -6,9 +6,10 @@ agents is followed by `flight`, which knows them as one; what is in two lists, o
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Final
+
+from msgspec import Struct
 
 from formiga_bt.base.diagnostics import CommandedTwice, Mark
 from formiga_bt.lang.checks.flight.flight_states import InterpreterPlace, keys_of, line_of
@@ -66,8 +67,7 @@ def check_same_machine(
     return frozenset(found.lost)
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
+class _Frame(Struct, frozen=True):
     """What the names of a body stand for in the task, or in the subtree, where the check began."""
 
     names: Mapping[str, Value]

@@ -11,8 +11,9 @@ only a sure contradiction is reported; in `finally` also what is impossible when
 (`agreeing`) are followed together: what no way through them leads to is not reported.
 """
 
-from dataclasses import replace
 from types import MappingProxyType
+
+from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.checks.agreeing import Assumed, Splits, ways
