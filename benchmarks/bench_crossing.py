@@ -15,9 +15,10 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import combinations
 from typing import Any
+
+from msgspec.structs import replace
 
 from agents_sim.motion import Segment, closest_approach
 from agents_sim.world import AgentSpec

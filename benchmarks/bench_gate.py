@@ -13,8 +13,9 @@ import random
 import statistics
 import sys
 import time
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position, Region

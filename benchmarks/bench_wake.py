@@ -29,6 +29,7 @@ from benchmarks.peers.ours import Ours
 from benchmarks.peers.protocol import Peer
 from benchmarks.peers.trees import twelve
 from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.nodes.compile import compile_section
@@ -100,9 +101,9 @@ def ending(text: str) -> Callable[[], None]:
         due = core.next_deadline()
         assert due is not None
         core.begin(max(core.now, due[0]))
-        _, name, key = due[1].split("|", 2)
-        core.due.add((name, key))
-        trees.wake(key)
+        assert isinstance(due[1], NodeDue)
+        core.due.add((due[1].task, due[1].node))
+        trees.wake(due[1].node)
         trees.run_passes()
 
     return once
@@ -155,6 +156,17 @@ def news(peer: Peer) -> Callable[[], None] | None:
     return lambda: fleet.news((0,))
 
 
+def ticks(peer: BtCpp) -> tuple[Callable[[], None], Any] | None:
+    """Return BehaviorTree.CPP's own tick of one tree, no harness around it, and what must outlive it; None: not installed."""
+    try:
+        peer.version()
+        fleet = peer.build(twelve(), "twelve", 1)
+    except ImportError:
+        return None
+    fleet.news((0,))
+    return fleet.trees[0].tick_exactly_once, fleet
+
+
 def beside_compiled(mine: Callable[[], None], rounds: int) -> dict[str, Any]:
     """Measure BehaviorTree.CPP's tick of the same tree beside our wake, and beside a goal's news through the whole engine."""
     ours = news(Ours())
@@ -163,11 +175,11 @@ def beside_compiled(mine: Callable[[], None], rounds: int) -> dict[str, Any]:
         (False, "btcpp", "with leaves in Python"),
         (True, "btcpp_native", "with leaves of its own"),
     ):
-        theirs = news(BtCpp(native))
+        theirs = ticks(BtCpp(native))
         if ours is None or theirs is None:
             print("BehaviorTree.CPP is not installed (pip install -e '.[btcpp]')")
             return found
-        trios = [(batch(mine), batch(ours), batch(theirs)) for _ in range(rounds)]
+        trios = [(batch(mine), batch(ours), batch(theirs[0])) for _ in range(rounds)]
         wake, told, tick = (statistics.median(side) for side in zip(*trios, strict=True))
         by_wake, by_news = (statistics.median(trio[2] / trio[at] for trio in trios) for at in (0, 1))
         found[key] = {"tick_us": tick, "news_us": told, "by_wake": by_wake, "by_news": by_news}
@@ -216,6 +228,15 @@ def main() -> None:
     found: dict[str, Any] = {"wake_us": wake, "py_trees_tick_us": tick, "ratio": ratio}
     print(f"wake of the deepest leaf {wake:.2f} us, py_trees {py_trees.version.__version__} tick {tick:.2f} us")
     print(f"py_trees tick / our wake: {ratio:.1f} (median of {options.rounds} pairs of {BATCH})")
+    whole = news(Ours())
+    if whole is not None:
+        pairs = [(batch(whole), batch(peer)) for _ in range(options.rounds)]
+        told, found["ratio_whole_engine"] = (
+            statistics.median(a for a, _ in pairs), statistics.median(b / a for a, b in pairs),
+        )  # fmt: skip
+        print(
+            f"py_trees tick / news of an action through our whole engine ({told:.2f} us): {found['ratio_whole_engine']:.1f}"
+        )
     found |= beside_compiled(mine, options.rounds)
     for depth in (2, 8, 24):
         found[f"ends_at_depth_{depth}_us"] = us = median_us(ending(nested(depth)))

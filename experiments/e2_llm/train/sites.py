@@ -8,13 +8,14 @@ names too; a prompt is made of it, and the checker reads every renamed tree agai
 import math
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import yaml
+from msgspec import structs
 
 from experiments.e2_llm.train.renaming import Renaming, catalogue_of, library_of, verbs_renamed
 from experiments.e2_llm.train.speaker import Spot, side_in
@@ -209,7 +210,7 @@ def _people_aside(site: Site) -> Site:
     """
     aside = {f"aside_{i + 1}": Place(10.0 * i, -20.0) for i in range(4)}
     watchers = tuple(one for members in site.people.values() for one in members)
-    return replace(site, places={**aside, **site.places}, people={**site.people, "watchers": watchers})
+    return structs.replace(site, places={**aside, **site.places}, people={**site.people, "watchers": watchers})
 
 
 _HOW_MANY: Final = {"lwd": (2, 4), "hwd": (1, 3), "picker": (1, 2), "watcher": (1, 2)}
