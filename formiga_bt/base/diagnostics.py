@@ -31,6 +31,10 @@ class Mark(Struct, frozen=True, eq=False):
         """Return whether two marks are of one span."""
         return isinstance(other, Mark) and _span(self) == _span(other)
 
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
+
     def __lt__(self, other: "Mark") -> bool:
         """Return whether this span comes first."""
         return bool(_span(self) < _span(other))
@@ -114,6 +118,10 @@ class Diagnostic(Struct, frozen=True, eq=False):
     def __eq__(self, other: object) -> bool:
         """Return whether two say the same of one place, whatever mends it."""
         return isinstance(other, Diagnostic) and _said(self) == _said(other)
+
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
 
     def __hash__(self) -> int:
         """Return a hash of what it says."""

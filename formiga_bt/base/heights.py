@@ -48,6 +48,10 @@ class HeightGrid(Struct, frozen=True, eq=False):
         """Return whether two grids were read from the same, for the same place."""
         return isinstance(other, HeightGrid) and _made_of(self) == _made_of(other)
 
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
+
     def __hash__(self) -> int:
         """Return a hash of what it was read from."""
         return hash(_made_of(self))

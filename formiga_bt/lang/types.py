@@ -52,6 +52,10 @@ class Type(Struct, frozen=True, eq=False):
         """Return whether two types are the same, foreign or not."""
         return isinstance(other, Type) and _named(self) == _named(other) and self.fields == other.fields
 
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
+
     def __hash__(self) -> int:
         """Return a hash that equal types share."""
         return hash(_named(self))

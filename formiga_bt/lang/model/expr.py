@@ -131,6 +131,10 @@ class Expr(Struct, frozen=True, eq=False):
         """Return whether two expressions say the same at the same place."""
         return isinstance(other, Expr) and _told(self) == _told(other)
 
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
+
     def __hash__(self) -> int:
         """Return a hash of what it says."""
         return hash(_told(self))

@@ -80,6 +80,10 @@ class Role(Struct, frozen=True, eq=False):
         """Return whether two roles ask for the same."""
         return isinstance(other, Role) and _asked(self) == _asked(other)
 
+    def __ne__(self, other: object) -> bool:
+        """Return whether they differ: a Struct without its own equality would compare identities."""
+        return not self == other
+
     def __hash__(self) -> int:
         """Return a hash of what it asks for."""
         return hash(_asked(self))
