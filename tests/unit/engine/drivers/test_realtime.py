@@ -1,6 +1,5 @@
 """The realtime driver over a wire that records: order of timers, wall timers, replies, ends."""
 
-import dataclasses
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -467,5 +466,5 @@ def test_a_standstill_is_as_long_as_the_shortest_silence_that_counts(engine: Wat
     catalogue = engine.core.catalogue
     lwd = catalogue.types["lwd"]
     assert standstill_us(catalogue) == 3_000_000
-    quick = dataclasses.replace(lwd, suspect_after_us=2_000_000, lost_after_us=2_400_000)
-    assert standstill_us(dataclasses.replace(catalogue, types={**catalogue.types, "lwd": quick})) == 1_200_000
+    quick = replace(lwd, suspect_after_us=2_000_000, lost_after_us=2_400_000)
+    assert standstill_us(replace(catalogue, types={**catalogue.types, "lwd": quick})) == 1_200_000
