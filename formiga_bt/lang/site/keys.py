@@ -59,6 +59,7 @@ BASE: Final = (
     LNG,
     Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
 )
+TRANSPORTS: Final = (Option("zenoh", "map", "Agents in processes of their own: {listen}."),)
 ZENOH: Final = (
     Option("listen", "text", "Where agents connect, such as tcp/127.0.0.1:7447."),
     Option("insecure", "flag", "In a simulation: others reach it without TLS."),

@@ -12,7 +12,7 @@ from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, ZENOH
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, TRANSPORTS, ZENOH
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.text.document import Entry, Scalar
@@ -102,11 +102,10 @@ class SiteReader(Points):
         return mode
 
     def _transports(self, mode: str) -> dict[str, Any]:
-        entries = self.entries("transports")
-        for entry in entries:
-            if entry.key.text == "zenoh":
-                self._check_zenoh(entry, mode)
-        return {entry.key.text: plain(entry.value) for entry in entries}
+        keys = self.keys.inside("transports", TRANSPORTS, "transports")
+        if "zenoh" in keys:
+            self._check_zenoh(keys["zenoh"], mode)
+        return {name: plain(entry.value) for name, entry in keys.items()}
 
     def _check_zenoh(self, entry: Entry, mode: str) -> None:
         keys = read_inside(entry.value, ZENOH, self.problems, "zenoh", "zenoh")
