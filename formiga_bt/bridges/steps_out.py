@@ -19,6 +19,7 @@ from formiga_bt.bridges.values_out import Texts
 from formiga_bt.bridges.yaml_text import flow, one_line
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Catalogue, Expr, Step, Subtree, Who
+from formiga_bt.lang.walk import children
 
 _MOST_CASES: Final = 6
 
@@ -476,11 +477,5 @@ def below(steps: Sequence[Step]) -> list[Step]:
     found: list[Step] = []
     for step in steps:
         found.append(step)
-        match step:
-            case model.If():
-                found += below((*step.then, *step.otherwise))
-            case model.Switch():
-                found += below([s for branch in step.branches for s in branch])
-            case _:
-                found += below((*getattr(step, "steps", ()), *getattr(step, "finally_", ())))
+        found += below(children(step))
     return found

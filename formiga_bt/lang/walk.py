@@ -5,28 +5,37 @@ Used by the checks that need the steps around a step: `checks`, `contention`, `f
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Final
+from typing import Final, assert_never
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
+    Ask,
+    BreakIf,
     Call,
+    Check,
     Do,
     Expr,
+    Fail,
     Fallback,
     For,
     Guard,
     If,
     Loop,
+    Notify,
     Parallel,
     Release,
     Request,
     Role,
     Sequence,
+    Set,
     Step,
     Subtree,
     Switch,
     Task,
+    Wait,
+    WaitFor,
+    WaitUntil,
     WithAgents,
 )
 
@@ -48,8 +57,24 @@ def children(step: Step) -> tuple[Step, ...]:
             return (*step.then, *step.otherwise)
         case Switch():
             return tuple(child for branch in step.branches for child in branch)
-        case _:
+        case (
+            Do()
+            | Ask()
+            | Call()
+            | Wait()
+            | Check()
+            | Set()
+            | Notify()
+            | Fail()
+            | WaitUntil()
+            | WaitFor()
+            | Release()
+            | BreakIf()
+            | Request()
+        ):
             return ()
+        case _:
+            assert_never(step)
 
 
 def size(steps: tuple[Step, ...], known: dict[Mark, int]) -> int:

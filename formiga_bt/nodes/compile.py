@@ -5,6 +5,7 @@ themselves: every node has the mark of its step, and its instance path begins wi
 """
 
 from collections.abc import Sequence
+from typing import assert_never
 
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import Node
@@ -107,4 +108,4 @@ def _compile_kind(step: model.Step) -> Node:
             cases = [[compile_step(s) for s in case.steps] for case in step.cases]
             return SwitchNode(step.title, step, cases, [compile_step(s) for s in step.default])
         case _:
-            raise AssertionError(f"no node for {type(step).__name__}")
+            assert_never(step)

@@ -1,16 +1,29 @@
 """E042: a loop that never waits, and has no end, or so many rounds that a task may not run them at one moment."""
 
+from typing import assert_never
+
 from formiga_bt.lang.checks.endings import is_left
 from formiga_bt.lang.model import (
     MOST_VISITS,
     Ask,
+    BreakIf,
     Call,
+    Check,
     Do,
+    Fail,
+    Fallback,
+    For,
+    Guard,
+    If,
     Loop,
+    Notify,
+    Parallel,
     Release,
     Request,
     Sequence,
+    Set,
     Step,
+    Switch,
     Wait,
     WaitFor,
     WaitUntil,
@@ -44,8 +57,12 @@ def waits(step: Step) -> bool:
             return any(waits(child) for child in step.subtree.steps)
         case Loop() if step.every is not None:
             return True
-        case _:
+        case Sequence() | Fallback() | Parallel() | Loop() | For() | Guard() | If() | Switch():
             return any(waits(child) for child in children(step))
+        case Check() | Set() | Notify() | Fail() | BreakIf():
+            return False
+        case _:
+            assert_never(step)
 
 
 def _visits(step: Step) -> int:

@@ -3,7 +3,7 @@
 E042 (`spinning`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
 """
 
-from typing import Final
+from typing import Final, assert_never
 
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.busy_loops import check_spin
@@ -14,21 +14,28 @@ from formiga_bt.lang.checks.haste import check_haste
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
+    BreakIf,
     Call,
     Catalogue,
+    Check,
     Do,
     Expr,
     Fail,
     Fallback,
+    For,
     Guard,
     If,
     Loop,
+    Notify,
     Parallel,
+    Release,
     Request,
     Sequence,
+    Set,
     Step,
     Subtree,
     Switch,
+    Wait,
     WaitFor,
     WaitUntil,
     WithAgents,
@@ -61,8 +68,24 @@ def can_succeed(step: Step) -> bool:
         case Parallel():
             can = [can_succeed(child) or child.when is not None for child in step.steps]
             return all(can) if step.need == "all" else any(can)
-        case _:
+        case (
+            Do()
+            | Ask()
+            | Call()
+            | Wait()
+            | Check()
+            | Set()
+            | Notify()
+            | WaitUntil()
+            | WaitFor()
+            | Release()
+            | Request()
+        ):
             return True
+        case Loop() | For() | BreakIf():
+            return True
+        case _:
+            assert_never(step)
 
 
 def _all_can(steps: tuple[Step, ...]) -> bool:

@@ -9,7 +9,7 @@ reported is too much even on a good day. The formulae of charge are those of the
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Final
+from typing import Any, Final, assert_never
 
 from formiga_bt.base.geo import Position, Region
 from formiga_bt.lang.checks.effort_findings import OncePerMark
@@ -21,19 +21,29 @@ from formiga_bt.lang.model import (
     BreakIf,
     Call,
     Catalogue,
+    Check,
     Do,
     Expr,
+    Fail,
     Fallback,
     For,
+    Guard,
     If,
     Loop,
+    Notify,
     Parallel,
     Release,
+    Request,
+    Sequence,
+    Set,
     Site,
     Step,
     Switch,
     Task,
     Wait,
+    WaitFor,
+    WaitUntil,
+    WithAgents,
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import Value
@@ -148,8 +158,12 @@ class _Walk:
             case Release():
                 at.pop(who.get(step.who.name, step.who.name), None)
                 return Sum()
-            case _:
+            case Sequence() | Guard() | WithAgents():
                 return self.steps(children(step), names, who, at)
+            case Check() | Set() | Notify() | Fail() | WaitUntil() | WaitFor() | BreakIf() | Request():
+                return Sum()
+            case _:
+                assert_never(step)
 
     def branches(self, branches: tuple[tuple[Step, ...], ...], names: Names, who: Mapping[str, str], at: Where) -> Sum:
         """Return the least that any branch takes."""

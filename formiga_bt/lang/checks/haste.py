@@ -4,19 +4,27 @@ An estimate from what is written: constant waits and `every`. What waits for mac
 live conditions count as nothing: they are woken by what changes, not by a clock.
 """
 
-from typing import Final
+from typing import Final, assert_never
 
 from formiga_bt.lang.model import (
     WAKES_A_SECOND,
     Ask,
+    BreakIf,
     Call,
+    Check,
     Do,
+    Fail,
+    Fallback,
     For,
+    Guard,
     If,
     Loop,
+    Notify,
     Parallel,
     Release,
     Request,
+    Sequence,
+    Set,
     Step,
     Switch,
     Wait,
@@ -96,8 +104,12 @@ def _lasts(step: Step) -> float:
             return max(map(_lasts, step.steps), default=0.0)
         case If() | Switch():
             return max(map(_lasts, _inside(step)), default=0.0)
-        case _:
+        case Call() | Sequence() | Fallback() | Loop() | For() | Guard():
             return sum(map(_lasts, _inside(step)))
+        case Check() | Set() | Notify() | Fail() | BreakIf():
+            return 0.0
+        case _:
+            assert_never(step)
 
 
 def _wakes(step: Step) -> int:

@@ -1,4 +1,4 @@
-"""Steps, one record for each kind, without logic. `Step` holds what every kind may have; children stand in lists of their own.
+"""Steps, one record for each kind, without logic. `StepBase` is what every kind may have; children stand in lists of their own.
 
 Every step knows its source mark. Static paths: the steps of a section, branch or subtree body are numbered in their list
 (`steps[1]`, `then[0]`, `sequence[2]`); `compile` joins them.
@@ -35,7 +35,7 @@ class Retry(Struct, frozen=True):
     mark: Mark
 
 
-class Step(Struct, frozen=True, kw_only=True):
+class StepBase(Struct, frozen=True, kw_only=True):
     """What every step has. Nesting of the modifiers: when( ignore_failure( timeout( retry( step)))).
 
     `seg` is the step's place in its list, for example `steps[1]`.
@@ -59,7 +59,7 @@ class Step(Struct, frozen=True, kw_only=True):
         return self.name or self.kind
 
 
-class Do(Step, frozen=True, kw_only=True):
+class Do(StepBase, frozen=True, kw_only=True):
     """Send a goal to an agent and wait for its result."""
 
     who: Who
@@ -76,7 +76,7 @@ class Do(Step, frozen=True, kw_only=True):
         return self.name or f"{self.who.name}.{self.action}"
 
 
-class Ask(Step, frozen=True, kw_only=True):
+class Ask(StepBase, frozen=True, kw_only=True):
     """Ask people; `{answer, by, at}`."""
 
     question: Expr
@@ -91,7 +91,7 @@ class Ask(Step, frozen=True, kw_only=True):
     expect: Expr | None = None
 
 
-class Call(Step, frozen=True, kw_only=True):
+class Call(StepBase, frozen=True, kw_only=True):
     """Run a subtree in its own scope."""
 
     subtree: "Subtree"
@@ -104,26 +104,26 @@ class Call(Step, frozen=True, kw_only=True):
         return self.name or self.subtree.name
 
 
-class Wait(Step, frozen=True, kw_only=True):
+class Wait(StepBase, frozen=True, kw_only=True):
     """Wait a duration (seconds)."""
 
     duration: Expr
 
 
-class Check(Step, frozen=True, kw_only=True):
+class Check(StepBase, frozen=True, kw_only=True):
     """Succeed or fail now."""
 
     cond: Expr
     message: Expr | None = None
 
 
-class Set(Step, frozen=True, kw_only=True):
+class Set(StepBase, frozen=True, kw_only=True):
     """Assign vars, in file order."""
 
     assign: Mapping[str, Expr]
 
 
-class Notify(Step, frozen=True, kw_only=True):
+class Notify(StepBase, frozen=True, kw_only=True):
     """Tell people; never fails. Empty `to` = the site's watchers."""
 
     text: Expr
@@ -131,36 +131,36 @@ class Notify(Step, frozen=True, kw_only=True):
     severity: Literal["info", "warning", "alarm"] = "info"
 
 
-class Fail(Step, frozen=True, kw_only=True):
+class Fail(StepBase, frozen=True, kw_only=True):
     """Fail with a message and, optionally, a snake_case code."""
 
     message: Expr
     code: str = ""
 
 
-class Sequence(Step, frozen=True, kw_only=True):
+class Sequence(StepBase, frozen=True, kw_only=True):
     """Steps one after another, with memory. `reactive`: earlier children, pure checks, are re-checked live."""
 
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     reactive: bool = False
-    finally_: tuple[Step, ...] = ()
+    finally_: tuple["Step", ...] = ()
     """Runs in place after success and failure; segments `finally[i]`."""
 
 
-class Fallback(Step, frozen=True, kw_only=True):
+class Fallback(StepBase, frozen=True, kw_only=True):
     """The first child that succeeds; while a later child runs, `error` is the former one's failure."""
 
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     reactive: bool = False
 
 
-class WaitUntil(Step, frozen=True, kw_only=True):
+class WaitUntil(StepBase, frozen=True, kw_only=True):
     """Wait until a live condition is true."""
 
     cond: Expr
 
 
-class WaitFor(Step, frozen=True, kw_only=True):
+class WaitFor(StepBase, frozen=True, kw_only=True):
     """Wait for the next event of an agent. `since_task`: also one that came since the task's admission and none took yet."""
 
     who: Who
@@ -174,21 +174,21 @@ class WaitFor(Step, frozen=True, kw_only=True):
         return self.name or f"{self.who.name}.{self.event}"
 
 
-class Release(Step, frozen=True, kw_only=True):
+class Release(StepBase, frozen=True, kw_only=True):
     """Give an agent back before the task ends: goal-free, recovered if airborne, then freed."""
 
     who: Who
 
 
-class Parallel(Step, frozen=True, kw_only=True):
+class Parallel(StepBase, frozen=True, kw_only=True):
     """Children at once. `need`: "all", "any" or a number; segments `parallel[i]`."""
 
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     need: int | Literal["all", "any"] = "all"
     on_child_failure: Literal["finish", "cancel"] = "finish"
 
 
-class Loop(Step, frozen=True, kw_only=True):
+class Loop(StepBase, frozen=True, kw_only=True):
     """`while` and `repeat`: rounds of `steps` (segments `steps[i]`). Exactly one of the first four is set.
 
     `until` is read after each round; `every`: start of a round to the start of the next, seconds; `max`: no more rounds.
@@ -201,18 +201,18 @@ class Loop(Step, frozen=True, kw_only=True):
     duration: Expr | None = None
     """`repeat: 30 min`, seconds: no round starts after it is over, then success."""
     forever: bool = False
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     until: Expr | None = None
     every: Expr | None = None
     max: Expr | None = None
 
 
-class For(Step, frozen=True, kw_only=True):
+class For(StepBase, frozen=True, kw_only=True):
     """`for`: a round per item of lists of equal lengths, in order or at once; segments `steps[i]`."""
 
     lists: Mapping[str, Expr]
     """Loop name -> list."""
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     parallel: bool = False
     said_mode: bool = False
     """Whether the file says `mode`."""
@@ -222,25 +222,25 @@ class For(Step, frozen=True, kw_only=True):
     collect: str = ""
 
 
-class BreakIf(Step, frozen=True, kw_only=True):
+class BreakIf(StepBase, frozen=True, kw_only=True):
     """Leave the nearest loop with success."""
 
     cond: Expr
 
 
-class Guard(Step, frozen=True, kw_only=True):
+class Guard(StepBase, frozen=True, kw_only=True):
     """Stop the steps and fail as soon as a live condition is false; segments `steps[i]`."""
 
     cond: Expr
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
 
 
-class If(Step, frozen=True, kw_only=True):
+class If(StepBase, frozen=True, kw_only=True):
     """Branch on a condition, read once at entry."""
 
     cond: Expr
-    then: tuple[Step, ...]
-    otherwise: tuple[Step, ...] = ()
+    then: tuple["Step", ...]
+    otherwise: tuple["Step", ...] = ()
 
 
 class SwitchCase(Struct, frozen=True):
@@ -248,10 +248,10 @@ class SwitchCase(Struct, frozen=True):
 
     value: str | int
     mark: Mark
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
 
 
-class Switch(Step, frozen=True, kw_only=True):
+class Switch(StepBase, frozen=True, kw_only=True):
     """Branch on a value, read once at entry; segments of the default `default[i]`.
 
     Without a default the cases name every value that the expression can have.
@@ -259,15 +259,15 @@ class Switch(Step, frozen=True, kw_only=True):
 
     on: Expr
     cases: tuple[SwitchCase, ...]
-    default: tuple[Step, ...] = ()
+    default: tuple["Step", ...] = ()
 
     @property
-    def branches(self) -> tuple[tuple[Step, ...], ...]:
+    def branches(self) -> tuple[tuple["Step", ...], ...]:
         """Return the steps of each way through it."""
         return (*(case.steps for case in self.cases), *((self.default,) if self.default else ()))
 
 
-class Request(Step, frozen=True, kw_only=True):
+class Request(StepBase, frozen=True, kw_only=True):
     """Start another task and, unless `wait` is false, wait for its end; it ends with its parent unless `detached`."""
 
     task: str
@@ -286,11 +286,11 @@ class Request(Step, frozen=True, kw_only=True):
         return self.name or self.task
 
 
-class WithAgents(Step, frozen=True, kw_only=True):
+class WithAgents(StepBase, frozen=True, kw_only=True):
     """Extra agents for its steps (segments `steps[i]`), given back at their end; the expressions of roles are read at entry."""
 
     roles: Mapping[str, Role]
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
 
 
 class Subtree(Struct, frozen=True):
@@ -298,6 +298,33 @@ class Subtree(Struct, frozen=True):
 
     name: str
     params: Mapping[str, Param]
-    steps: tuple[Step, ...]
+    steps: tuple["Step", ...]
     mark: Mark
     returns: Expr | None = None
+
+
+Step = (
+    Do
+    | Ask
+    | Call
+    | Wait
+    | Check
+    | Set
+    | Notify
+    | Fail
+    | Sequence
+    | Fallback
+    | WaitUntil
+    | WaitFor
+    | Release
+    | Parallel
+    | Loop
+    | For
+    | BreakIf
+    | Guard
+    | If
+    | Switch
+    | Request
+    | WithAgents
+)
+"""A step of any kind: a closed union, so that who handles each kind hears of a new one from the type checker."""

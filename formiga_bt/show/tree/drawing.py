@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Step, Task
-from formiga_bt.lang.walk import Names, called_with, items_of
+from formiga_bt.lang.walk import Names, called_with, children, items_of
 from formiga_bt.show.facts import Box, Drawing, FileSpot, StyledSpan
 from formiga_bt.show.tree import phrases
 
@@ -99,7 +99,7 @@ def _children(step: Step, prefix: str, names: Names) -> tuple[Box, ...]:
         case model.For():
             return _boxes(step.steps, prefix, {**names, **items_of(step, names)})
         case _:
-            return _boxes(getattr(step, "steps", ()), prefix, names)
+            return _boxes(children(step), prefix, names)
 
 
 def _branch(word: str, steps: tuple[Step, ...], prefix: str, names: Names, mark: Mark | None = None) -> Box:

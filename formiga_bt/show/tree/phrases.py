@@ -4,6 +4,7 @@ Used by `drawing`. Kinds that this module does not know are said by their name.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import assert_never
 
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Param, Role, Step, Task
@@ -126,7 +127,19 @@ def _said(step: Step) -> tuple[StyledSpan, ...]:
             return _said_of_parent(step)
 
 
-def _said_of_parent(step: Step) -> tuple[StyledSpan, ...]:
+def _said_of_parent(
+    step: model.If
+    | model.Switch
+    | model.WaitUntil
+    | model.Guard
+    | model.BreakIf
+    | model.WithAgents
+    | model.Loop
+    | model.For
+    | model.Sequence
+    | model.Fallback
+    | model.Parallel,
+) -> tuple[StyledSpan, ...]:
     match step:
         case model.If():
             return StyledSpan("if ", "kind"), StyledSpan(source(step.cond))
@@ -142,8 +155,10 @@ def _said_of_parent(step: Step) -> tuple[StyledSpan, ...]:
         case model.For():
             lists = ", ".join(f"{name} in {_list(e)}" for name, e in step.lists.items())
             return StyledSpan("for ", "kind"), StyledSpan(lists)
-        case _:
+        case model.Sequence() | model.Fallback() | model.Parallel():
             return (StyledSpan(step.kind, "kind"),)
+        case _:
+            assert_never(step)
 
 
 def _args(args: Mapping[str, Expr]) -> tuple[StyledSpan, ...]:

@@ -5,7 +5,7 @@ the caller's machines. The items of a list that a `for` goes over are followed a
 one action does.
 """
 
-from typing import Final
+from typing import Final, assert_never
 
 from msgspec.structs import replace
 
@@ -44,12 +44,15 @@ from formiga_bt.lang.model import (
     Guard,
     If,
     Loop,
+    Notify,
     Parallel,
     Release,
     Request,
     Sequence,
+    Set,
     Step,
     Switch,
+    Wait,
     WaitFor,
     WaitUntil,
     WithAgents,
@@ -170,8 +173,10 @@ class Interpreter(Doing):
                 return self._release(step, sky, here)
             case WithAgents():
                 return self._with_agents(step, sky, here)
-            case _:
+            case Wait() | Set() | Notify():
                 return Outcomes(sky, None)
+            case _:
+                assert_never(step)
 
     def _fallback(self, step: Fallback, sky: Sky, here: InterpreterPlace) -> Outcomes:
         success: Sky | None = None
