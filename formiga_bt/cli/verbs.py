@@ -5,11 +5,10 @@ Each module has one function `command(...)` with typer's annotations. Nothing is
 """
 
 from importlib.util import find_spec
+from typing import NamedTuple
 
-from msgspec import Struct
 
-
-class Verb(Struct, frozen=True):
+class Verb(NamedTuple):
     """A verb of the command line."""
 
     name: str

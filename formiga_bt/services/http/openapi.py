@@ -9,6 +9,7 @@ import functools
 import inspect
 import json
 import textwrap
+import threading
 from collections.abc import Iterable
 from typing import Any, Final
 
@@ -31,10 +32,13 @@ def serve(app: FastAPI, kinds: Iterable[type[Struct]], *, needs_token: bool) -> 
     text = functools.cache(
         lambda: json.dumps(completed(app.openapi(), kinds, needs_token=needs_token), ensure_ascii=False).encode()
     )
+    one = threading.Lock()  # a crowd that asks at once would have it written by each of its threads
 
     @app.get(app.openapi_url, include_in_schema=False)
     def openapi() -> Response:
-        return Response(text(), media_type="application/json")
+        with one:
+            written = text()
+        return Response(written, media_type="application/json")
 
 
 def completed(document: dict[str, Any], kinds: Iterable[type[Struct]], *, needs_token: bool) -> dict[str, Any]:
