@@ -6,7 +6,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, horizontal_m
 
 AT_HOME_M = 2.0
-"""So near its home, over ground, a drone at rest charges."""
+"""A drone at rest charges when it is this near its home, horizontally."""
 
 
 def drain_percent_s(

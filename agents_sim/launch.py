@@ -25,7 +25,7 @@ from agents_sim.spec import AgentSpec, check_spec
 from formiga_bt.base.geo import Place
 
 END_S: Final = 5.0
-"""So long a process may take to end after SIGTERM, before SIGKILL."""
+"""Time from SIGTERM to SIGKILL for a process that does not end."""
 
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
 """What a disk says that takes nothing any more."""

@@ -102,7 +102,11 @@ def _show_blackboard(source: "Source", prefix: str, *, as_json: bool) -> None:
     """Print the keys of the blackboard that begin with a text, a line each."""
     import msgspec
 
-    board = source.blackboard(f"/{prefix.removeprefix('/')}")
+    wanted = f"/{prefix.removeprefix('/')}"
+    board = source.blackboard(wanted)
+    if not board.keys and wanted != "/":
+        branches = dict.fromkeys(f"/{key.split('/')[1]}/" for key in source.blackboard().keys)
+        raise UnusableFile(f"no key of the blackboard begins with {wanted}; it has {', '.join(branches) or 'none'}")
     if as_json:
         typer.echo(msgspec.json.format(msgspec.json.encode(board)).decode())
         return

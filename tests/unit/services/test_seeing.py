@@ -95,6 +95,8 @@ def test_the_blackboard_is_the_engines_and_is_shown_to_py_trees_own_tools(
     there.show_in_py_trees()
     assert "/fleet/lwd/lwd_1/liveness" in unicode_blackboard()
 
+    with pytest.raises(UnusableFile, match="/fleet/"):
+        show.command("/flet/", blackboard=True, url=service.url)
     show.command("/tasks/", blackboard=True, url=service.url)
     assert capsys.readouterr().out.splitlines() == ['/tasks/Ask-1/status  "ACTIVE"', '/tasks/Stay-2/status  "ACTIVE"']
 
