@@ -3,10 +3,11 @@
 Called by whoever keeps something on disk. Modes do not depend on the umask of whoever started the process.
 """
 
+import fcntl
 import json
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -94,17 +95,49 @@ def write_durably(file: Path, text: str) -> None:
     Raises:
         SiteError: it cannot be written.
     """
+    _replace(file, text).close()
+
+
+def write_held(file: Path, text: str) -> IO[str]:
+    """Replace a file as `write_durably` does; return it open and `flock`ed, from the first instant that others see it.
+
+    The lock goes with the process, however it ends: `is_held` tells what a living process wrote from what was left.
+
+    Raises:
+        SiteError: it cannot be written.
+    """
+    return _replace(file, text, is_held=True)
+
+
+def _replace(file: Path, text: str, is_held: bool = False) -> IO[str]:
+    beside = file.with_name(f".{file.name}.new")
     try:
-        beside = file.with_name(f".{file.name}.new")
-        with open(beside, "w", encoding="utf-8", opener=_private) as new:
+        with ExitStack() as until_done:
+            new = until_done.enter_context(open(beside, "w", encoding="utf-8", opener=_private))
             os.fchmod(new.fileno(), PRIVATE_FILE)
             new.write(text)
             new.flush()
             os.fsync(new.fileno())
-        beside.replace(file)
-        _sync_folder(file.parent)
+            if is_held:
+                fcntl.flock(new, fcntl.LOCK_EX)
+            beside.replace(file)
+            _sync_folder(file.parent)
+            until_done.pop_all()
     except OSError as error:
         raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+    return new
+
+
+def is_held(file: Path) -> bool:
+    """Return whether a living process holds the `flock` of a file; False if the file cannot be opened."""
+    try:
+        with file.open("r", encoding="utf-8") as there:
+            fcntl.flock(there, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
 
 
 def remove_durably(file: Path) -> None:

@@ -6,7 +6,7 @@
 | `epoch` | a number, one higher at each start; agents refuse orders of a lower one |
 | `marks.json` | engine time and counters: a new start never uses an id or an instant again |
 | `exact` | empty; while it is there the journal has every id that was used, also after a kill or a power cut |
-| `engine.json` | where the engine is: API, local door, agents' endpoint, process |
+| `engine.json` | where the engine is: API, local door, agents' endpoint, process; `flock`ed by it, else a leftover |
 | `door` | the local door, a Unix socket, while the engine runs; elsewhere if this path is too long |
 | `token` | the word that callers from other machines must know, in mode real all callers |
 | `secrets.json` | of each person with a secret of their own: its hash |
@@ -35,12 +35,14 @@ from typing import IO, Any, Final
 
 from formiga_bt.base.durable import (
     append_line,
+    is_held,
     make_private,
     move_aside,
     private_folder,
     read_lines,
     remove_durably,
     write_durably,
+    write_held,
 )
 from formiga_bt.base.errors import SiteError
 from formiga_bt.base.unusable_files import set_unusable_aside
@@ -123,6 +125,8 @@ class SiteFolder:
         self._is_anew = self._had_evidence = False
         self._last_epoch = 0
         self._lock: IO[str] | None = None
+        self._published: IO[str] | None = None
+        """`engine.json`, held."""
         self._reserved = dict.fromkeys(COUNTERS, 0)
         self._last = dict.fromkeys(COUNTERS, 0)
         self._now_us = 0
@@ -169,7 +173,7 @@ class SiteFolder:
         self._lock = lock
         self._had_evidence = any(os.path.lexists(self.path / one) for one in EVIDENCE)
         self.unusable = set_unusable_aside(self.path)
-        there = read_address(self.path)
+        there = _left_address(self.path)
         self._last_epoch = there.epoch if there is not None else 0
         if "epoch" in self.unusable:
             self._last_epoch += UNKNOWN_EPOCHS
@@ -186,6 +190,9 @@ class SiteFolder:
         if self._lock is None:
             return
         (self.path / "engine.json").unlink(missing_ok=True)
+        if self._published is not None:
+            self._published.close()
+            self._published = None
         self._lock.close()
         self._lock = None
 
@@ -358,7 +365,7 @@ class SiteFolder:
     def publish(self, *, epoch: int, url: str, endpoint: str, socket: str = "") -> EngineAddress:
         """Write `engine.json`."""
         address = EngineAddress(self.site, os.getpid(), epoch, url, endpoint, socket)
-        write_durably(self.path / "engine.json", json.dumps(asdict(address), indent=2) + "\n")
+        self._published = write_held(self.path / "engine.json", json.dumps(asdict(address), indent=2) + "\n")
         return address
 
     def token(self) -> str:
@@ -379,7 +386,12 @@ class SiteFolder:
 
 
 def read_address(folder: Path) -> EngineAddress | None:
-    """Return what `engine.json` of a runtime folder says, or None."""
+    """Return where the engine of a runtime folder is; None: none runs, or it still starts."""
+    return _left_address(folder) if is_held(folder / "engine.json") else None
+
+
+def _left_address(folder: Path) -> EngineAddress | None:
+    """Return what `engine.json` says, also one that a killed engine left."""
     try:
         data = json.loads((folder / "engine.json").read_text(encoding="utf-8"))
         return EngineAddress(**{**data, "folder": str(folder)})
@@ -388,15 +400,8 @@ def read_address(folder: Path) -> EngineAddress | None:
 
 
 def is_running(folder: Path) -> bool:
-    """Return whether an engine holds the lock of a runtime folder."""
-    try:
-        with (folder / "lock").open("r", encoding="utf-8") as lock:
-            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    return False
+    """Return whether an engine holds the lock of a runtime folder; it may still start, and not be found yet."""
+    return is_held(folder / "lock")
 
 
 def _taken(folder: Path) -> str:
@@ -439,7 +444,7 @@ def find_folders(start: Path) -> list[Path]:
 def find_engines(start: Path) -> list[EngineAddress]:
     """Return the engines that run on sites of this folder, or else of the nearest folder above it that has any."""
     for folder in (start.resolve(), *start.resolve().parents):
-        sites = sorted(p for p in (folder / FOLDER).glob("*") if is_running(p))
+        sites = sorted((folder / FOLDER).glob("*"))
         if found := [address for site in sites if (address := read_address(site)) is not None]:
             return found
     return []

@@ -13,7 +13,7 @@ from typing import Final
 import msgspec
 
 from formiga_bt.base.errors import FormigaError, TransportError
-from formiga_bt.base.site_folder import SiteFolder, is_running, read_address
+from formiga_bt.base.site_folder import SiteFolder, read_address
 from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo
 from formiga_bt.cli.integrator.absent import check_absent
@@ -81,7 +81,7 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
             f"nobody is left to simulate on the site {world.site.name}", help="list agents in site.yaml, under agents"
         )
     check_unsimulated(folder)
-    there = read_address(folder) if is_running(folder) else None
+    there = read_address(folder)
     if there is not None:
         check_absent(Client(there), fleet.agents, can_leave_out=True)
     asked: list[int] = []
@@ -130,7 +130,7 @@ def _check_names(world: CheckWorld, without: Sequence[str]) -> None:
 
 def _endpoint(folder: Path, listed: str) -> str:
     """Return where the engine of a runtime folder listens now, else where the site file says."""
-    there = read_address(folder) if is_running(folder) else None
+    there = read_address(folder)
     if there is not None:
         return there.endpoint
     if listed.endswith(":0"):

@@ -1,5 +1,6 @@
 """The runtime folder: one engine a site, an epoch that only rises, ids that never come twice."""
 
+import fcntl
 import os
 import subprocess
 import sys
@@ -225,17 +226,16 @@ def test_a_token_is_made_once_and_kept(tmp_path: Path) -> None:
 def test_an_engine_json_without_an_engine_is_not_an_engine(tmp_path: Path) -> None:
     folder = SiteFolder(tmp_path, "meadow")
     folder.take()
-    address = folder.publish(epoch=4, url="http://127.0.0.1:9", endpoint="")
+    folder.publish(epoch=4, url="http://127.0.0.1:9", endpoint="")
+    found = read_address(folder.path)
+    assert found is not None
+    assert (found.epoch, found.url) == (4, "http://127.0.0.1:9")
     text = (folder.path / "engine.json").read_text(encoding="utf-8")
     folder.release()
     folder.release()
     (folder.path / "engine.json").write_text(text, encoding="utf-8")
-    found = read_address(folder.path)
-    assert found is not None
-    assert (found.epoch, found.url) == (address.epoch, address.url)
-    assert find_engines(tmp_path) == []
-    (folder.path / "engine.json").write_text("{}", encoding="utf-8")
     assert read_address(folder.path) is None
+    assert find_engines(tmp_path) == []
 
 
 def test_where_a_killed_engine_has_been_is_forgotten_when_the_next_one_takes_the_site(tmp_path: Path) -> None:
@@ -245,6 +245,12 @@ def test_where_a_killed_engine_has_been_is_forgotten_when_the_next_one_takes_the
     left = (folder.path / "engine.json").read_text(encoding="utf-8")
     folder.release()
     (folder.path / "engine.json").write_text(left, encoding="utf-8")  # as after a kill
+    with (folder.path / "lock").open(
+        "r", encoding="utf-8"
+    ) as lock:  # the next engine has the site, and nothing more yet
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert is_running(folder.path)
+        assert find_engines(tmp_path) == []
 
     again = SiteFolder(tmp_path, "field")
     again.take()

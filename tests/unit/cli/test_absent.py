@@ -77,7 +77,6 @@ def test_both_kinds_of_simulation_ask_first(tmp_path: Path, capsys: Capture, mon
     assert run(["init"]) == 0
     engine = Engine([agent("watcher_1", desk=True)])
     address = SimpleNamespace(endpoint="tcp/127.0.0.1:1")
-    monkeypatch.setattr(sim_fleet, "is_running", lambda _: True)
     monkeypatch.setattr(sim_fleet, "read_address", lambda _: address)
     monkeypatch.setattr(sim_fleet, "Client", lambda _: engine)
     assert run(["sim"]) == 1
