@@ -1,6 +1,7 @@
 """Shared by all tests: with FORMIGA_EXTERNAL set, a test marked `external` that skips itself fails instead.
 
-How slowly Hypothesis draws on a busy machine is no fault of what is tested. Files with long tests begin first (`in_order`).
+`wording` and --update-golden are explained in `golden`. How slowly Hypothesis draws on a busy machine is no fault of what
+is tested. Files with long tests begin first (`in_order`).
 """
 
 import gc
@@ -11,6 +12,8 @@ from itertools import groupby
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.golden import Golden, Wording
+
 settings.register_profile("formiga", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("formiga")
 
@@ -18,6 +21,42 @@ WAIT = ("tests/e2e/", "tests/contract/")
 """Folders of long tests that mostly wait for processes."""
 COMPUTE = ("tests/simulation/", "tests/safety/", "tests/missions/", "tests/property/")
 """Folders of long tests that compute, the longest first."""
+GOLDEN = pytest.StashKey[Golden]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-golden", action="store_true", help="write wording.txt and other golden files as they are now"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    update = config.getoption("update_golden")
+    if update and config.getoption("numprocesses", None):
+        raise pytest.UsageError("--update-golden writes files, which one process does: leave out -n")
+    config.stash[GOLDEN] = Golden(update)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if session.config.getoption("update_golden"):
+        session.config.stash[GOLDEN].write()
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> Golden:
+    return request.config.stash[GOLDEN]
+
+
+@pytest.fixture
+def wording(request: pytest.FixtureRequest, golden: Golden) -> Wording:
+    return Wording(golden, request.node.nodeid)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Function) -> Generator[None, None, None]:
+    yield
+    if isinstance(found := item.funcargs.get("wording"), Wording):
+        found.end()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -32,7 +71,11 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not any("::" in arg for arg in config.args) and not config.getoption("lf", False):
+        config.stash[GOLDEN].tests |= {item.nodeid for item in items}
+    if config.getoption("update_golden"):
+        items[:] = [item for item in items if "wording" in getattr(item, "fixturenames", ())]
     items[:] = in_order(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
 
 

@@ -1,12 +1,12 @@
-"""The tables of docs/btcpp.md are those of the program (UPDATE_EXPECTED=1 rewrites them)."""
+"""The tables of docs/btcpp.md are those of the program (--update-golden rewrites them)."""
 
-import os
 import re
 from pathlib import Path
 
 import pytest
 
 from formiga_bt.bridges.table import LOSSES, TROUBLES, as_markdown, codes_as_markdown
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "btcpp.md"
@@ -18,15 +18,11 @@ TABLES = {
 
 
 @pytest.mark.parametrize("name", list(TABLES))
-def test_a_table_of_the_page_is_that_of_the_program(name: str) -> None:
+def test_a_table_of_the_page_is_that_of_the_program(name: str, wording: Wording) -> None:
     text = PAGE.read_text(encoding="utf-8")
     block = re.compile(rf"(<!-- table: {name} -->\n\n).*?(\n?<!-- end -->)", re.DOTALL)
-    if os.environ.get("UPDATE_EXPECTED"):
-        PAGE.write_text(block.sub(lambda m: f"{m[1]}{TABLES[name]}\n\n<!-- end -->", text), encoding="utf-8")
-        text = PAGE.read_text(encoding="utf-8")
-    found = block.search(text)
-    assert found is not None
-    assert f"<!-- table: {name} -->\n\n{TABLES[name]}\n\n<!-- end -->" in text
+    assert block.search(text)
+    wording.file(PAGE, block.sub(lambda m: f"{m[1]}{TABLES[name]}\n\n<!-- end -->", text))
 
 
 def test_every_code_that_the_bridge_reports_is_in_its_tables() -> None:

@@ -1,9 +1,8 @@
 """docs/cookbook.md shows the files of trees/cookbook as they are, and its commands fly them.
 
-`UPDATE_EXPECTED=1 pytest tests/repo/test_cookbook.py` copies the files into the page. Their cases are played by tests/missions.
+`pytest tests/repo/test_cookbook.py --update-golden` copies the files into the page. Their cases are played by tests/missions.
 """
 
-import os
 import re
 import shlex
 import shutil
@@ -14,6 +13,7 @@ import pytest
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.cli.operator.library import read_library
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cookbook.md"
@@ -27,13 +27,10 @@ def filled(found: "re.Match[str]") -> str:
     return f"{found[1]}\n```yaml\n{text}```\n\n{found[3]}"
 
 
-def test_the_page_shows_every_file_as_it_is() -> None:
+def test_the_page_shows_every_file_as_it_is(wording: Wording) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    if os.environ.get("UPDATE_EXPECTED"):
-        text = BLOCK.sub(filled, text)
-        PAGE.write_text(text, encoding="utf-8")
 
-    assert text == BLOCK.sub(filled, text)
+    wording.file(PAGE, BLOCK.sub(filled, text))
     shown = [found[1] for found in BLOCK.findall(text)]
     assert sorted(shown) == sorted(p.stem for p in FOLDER.glob("*.yaml") if not p.name.endswith(".test.yaml"))
 

@@ -1,9 +1,8 @@
 """The tables of docs/reference.md are what the tables of the language, the catalogue and the helpers say.
 
-`UPDATE_EXPECTED=1 pytest tests/repo/test_reference.py` rewrites the generated tables; read the difference.
+`pytest tests/repo/test_reference.py --update-golden` rewrites the generated tables; read the difference.
 """
 
-import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -22,6 +21,7 @@ from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec
 from formiga_bt.lang.site import SITE, load_site_text
 from formiga_bt.lang.types import Type
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference.md"
@@ -148,16 +148,12 @@ def tables(catalogue: Catalogue) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_table_of_the_reference_is_what_the_program_says(name: str, catalogue: Catalogue) -> None:
+def test_a_table_of_the_reference_is_what_the_program_says(name: str, catalogue: Catalogue, wording: Wording) -> None:
     table = tables(catalogue)[name]
     text = PAGE.read_text(encoding="utf-8")
     block = re.compile(rf"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-    if os.environ.get("UPDATE_EXPECTED"):
-        text = block.sub(lambda m: f"{m[1]}\n{table}\n\n{m[2]}", text)
-        PAGE.write_text(text, encoding="utf-8")
-    found = block.search(text)
-    assert found is not None
-    assert found[0].split("\n\n", 1)[1].removesuffix("\n\n<!-- end -->") == table
+    assert block.search(text)
+    wording.file(PAGE, block.sub(lambda m: f"{m[1]}\n{table}\n\n{m[2]}", text))
 
 
 def test_the_reference_has_no_table_that_is_not_made(catalogue: Catalogue) -> None:

@@ -1,9 +1,8 @@
 """docs/trees.md is what the shipped trees say of themselves; the examples of docs/testing.md are played.
 
-`UPDATE_EXPECTED=1 pytest tests/repo/test_trees_page.py` rewrites the list; read the difference.
+`pytest tests/repo/test_trees_page.py --update-golden` rewrites the list; read the difference.
 """
 
-import os
 import re
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from formiga_bt.rehearsal.cases.options import AGENT, ANSWER, CASE, EXPECT, GOAL
 from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.cases.running import play
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "trees.md"
@@ -75,12 +75,10 @@ This page is made from the files.
 """
 
 
-def test_the_page_is_what_the_files_say() -> None:
+def test_the_page_is_what_the_files_say(wording: Wording) -> None:
     text = HEAD + "\n" + "\n\n".join(section(i + 1, name) for i, name in enumerate(ORDER)) + "\n"
-    if os.environ.get("UPDATE_EXPECTED"):
-        PAGE.write_text(text, encoding="utf-8")
 
-    assert PAGE.read_text(encoding="utf-8") == text
+    wording.file(PAGE, text)
 
 
 def test_the_example_of_a_test_file_passes(tmp_path: Path) -> None:

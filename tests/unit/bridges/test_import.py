@@ -1,6 +1,5 @@
-"""Trees of others become task files: the text and the remarks are pinned (UPDATE_EXPECTED=1 rewrites them)."""
+"""Trees of others become task files: the text and the remarks are pinned (--update-golden rewrites them)."""
 
-import os
 from collections import Counter
 from itertools import cycle
 from pathlib import Path
@@ -14,6 +13,7 @@ from formiga_bt.bridges.table import TROUBLES
 from formiga_bt.cli.inputs import CheckWorld
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.text.document import parse
+from tests.golden import Wording
 from tests.unit.bridges.conftest import ROOT
 
 FOREIGN = sorted((ROOT / "tests" / "unit" / "bridges" / "foreign").glob("*.xml"))
@@ -22,13 +22,10 @@ LEFT_TO_PEOPLE = {"E020", "E021", "W060", "E043"}
 
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
-def test_the_text_and_the_remarks_are_these(path: Path, world: CheckWorld) -> None:
+def test_the_text_and_the_remarks_are_these(path: Path, world: CheckWorld, wording: Wording) -> None:
     done = import_btcpp(path.read_bytes(), path.name, world.catalogue)
     remarks = "".join(f"# {d.mark}: {d.code}: {d.message}\n" for d in done.found)
-    expected = path.with_suffix(".expected.yaml")
-    if os.environ.get("UPDATE_EXPECTED"):
-        expected.write_text(remarks + done.text, encoding="utf-8")
-    assert remarks + done.text == expected.read_text(encoding="utf-8")
+    wording.file(path.with_suffix(".expected.yaml"), remarks + done.text)
 
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)

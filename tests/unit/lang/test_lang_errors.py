@@ -1,9 +1,8 @@
 """The museum of mistakes: each file of tests/lang_errors is refused (or warned about) with exactly these words.
 
-`UPDATE_EXPECTED=1 pytest tests/unit/lang/test_lang_errors.py` rewrites the expected texts; read the difference.
+`pytest tests/unit/lang/test_lang_errors.py --update-golden` rewrites the expected texts; read the difference.
 """
 
-import os
 import re
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[3]
 MUSEUM = ROOT / "tests" / "lang_errors"
@@ -42,15 +42,12 @@ def read(name: str, catalogue: Catalogue) -> tuple[list[Diagnostic], str]:
 
 @pytest.mark.parametrize("name", FILES)
 def test_the_mistake_is_reported_in_these_words(
-    name: str, catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+    name: str, catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.chdir(MUSEUM)
     found, text = read(name, catalogue)
-    expected = MUSEUM / name.replace(".yaml", ".expected.txt")
-    if os.environ.get("UPDATE_EXPECTED"):
-        expected.write_text(text, encoding="utf-8")
 
-    assert text == expected.read_text(encoding="utf-8")
+    wording.file(MUSEUM / name.replace(".yaml", ".expected.txt"), text)
     code = re.match(r"[EW]\d{3}", name)
     assert code is None or code[0] in {d.code for d in found}
 

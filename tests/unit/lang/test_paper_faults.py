@@ -1,11 +1,10 @@
 """The faults of the paper's published tasks, written in this language: each is refused, its corrected twin passes.
 
 `tests/lang_errors/paper/T10_takeoff_misspelt.yaml` is a slip, `.expected.txt` beside it what the checker says (written anew by
-`UPDATE_EXPECTED=1`), and `T10_Delivery.right.yaml` the mission as it was meant.
+`--update-golden`), and `T10_Delivery.right.yaml` the mission as it was meant.
 """
 
 import difflib
-import os
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ import pytest
 from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Catalogue, Site
+from tests.golden import Wording
 
 FOLDER = Path(__file__).parents[2] / "lang_errors" / "paper"
 RIGHT = {path.name.split("_")[0]: path for path in sorted(FOLDER.glob("*.right.yaml"))}
@@ -47,17 +47,14 @@ def test_every_slip_is_here() -> None:
 
 @pytest.mark.parametrize("name", SLIPS)
 def test_the_slip_is_refused_with_its_place_and_the_fix(
-    name: str, catalogue: Catalogue, demo_site: Site, monkeypatch: pytest.MonkeyPatch
+    name: str, catalogue: Catalogue, demo_site: Site, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.chdir(FOLDER)
     loaded = load_task(Path(name), catalogue=catalogue, site=demo_site)
     text = "\n\n".join(render(d, loaded.sources) for d in loaded.diagnostics) + "\n"
-    expected = FOLDER / name.replace(".yaml", ".expected.txt")
-    if os.environ.get("UPDATE_EXPECTED"):
-        expected.write_text(text, encoding="utf-8")
 
     assert loaded.task is None
-    assert text == expected.read_text(encoding="utf-8")
+    wording.file(FOLDER / name.replace(".yaml", ".expected.txt"), text)
     assert {d.code for d in loaded.diagnostics} == CODES[name.removesuffix(".yaml")]
     assert all(d.help for d in loaded.diagnostics)
 

@@ -1,6 +1,6 @@
 """One tree with every sign in it, pinned in each format that is text; what the formats promise beside their text.
 
-`UPDATE_EXPECTED=1 pytest tests/unit/show/test_trees_drawn.py` rewrites the texts in `golden/`; read the difference.
+`pytest tests/unit/show/test_trees_drawn.py --update-golden` rewrites the texts in `golden/`; read the difference.
 """
 
 import json
@@ -29,6 +29,7 @@ from formiga_bt.show.tree.png import painted, png_of
 from formiga_bt.show.tree.shapes import shape_of
 from formiga_bt.show.tree.svg import svg_of
 from formiga_bt.show.tree.terminal import draw, legend
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[3]
 GOLDEN = Path(__file__).parent / "golden"
@@ -129,13 +130,9 @@ def terminal(drawing: Drawing, steps: Steps | None, width: int = 90, ascii_only:
     ],
 )
 def test_each_format_of_text_is_pinned(
-    name: str, drawn: Callable[[Drawing, Steps], str], drawing: Drawing, facts: Steps
+    name: str, drawn: Callable[[Drawing, Steps], str], drawing: Drawing, facts: Steps, wording: Wording
 ) -> None:
-    text = drawn(drawing, facts)
-    path = GOLDEN / name
-    if os.environ.get("UPDATE_EXPECTED"):
-        path.write_text(text, encoding="utf-8")
-    assert text == path.read_text(encoding="utf-8")
+    wording.file(GOLDEN / name, drawn(drawing, facts))
 
 
 # -- statuses ----------------------------------------------------------------------------------------------------------

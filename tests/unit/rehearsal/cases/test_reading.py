@@ -1,9 +1,8 @@
 """Test files with mistakes: each is refused with exactly these words.
 
-`UPDATE_EXPECTED=1 pytest tests/unit/rehearsal/cases/test_reading.py` rewrites the expected texts; read the difference.
+`pytest tests/unit/rehearsal/cases/test_reading.py --update-golden` rewrites the expected texts; read the difference.
 """
 
-import os
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from formiga_bt.base.diagnostics import render
 from formiga_bt.base.packaged import folder
 from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.testing import packaged_world
+from tests.golden import Wording
 
 MUSEUM = Path(__file__).parents[3] / "casework_errors"
 FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))
@@ -19,16 +19,13 @@ CATALOGUE = packaged_world()[1]
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_the_mistakes_are_reported_in_these_words(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_mistakes_are_reported_in_these_words(name: str, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     monkeypatch.chdir(MUSEUM)
     loaded = load_cases(Path(name), catalogue=CATALOGUE)
     text = "\n\n".join(render(d, loaded.sources) for d in loaded.diagnostics) + "\n"
-    expected = MUSEUM / name.replace(".yaml", ".expected.txt")
-    if os.environ.get("UPDATE_EXPECTED"):
-        expected.write_text(text, encoding="utf-8")
 
     assert loaded.cases is None
-    assert text == expected.read_text(encoding="utf-8")
+    wording.file(MUSEUM / name.replace(".yaml", ".expected.txt"), text)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
