@@ -28,7 +28,6 @@ __all__ = [
     "fits",
     "narrows",
     "narrows_when_false",
-    "plain_name",
     "poison",
 ]
 
@@ -72,13 +71,6 @@ def narrows(expr: Expr) -> frozenset[str]:
 def narrows_when_false(expr: Expr) -> frozenset[str]:
     """Return the names that are certainly set when the condition is false: `not is_set(x)`, or-chains of it."""
     return _facts(expr)[1]
-
-
-def plain_name(expr: Expr) -> str:
-    """Return the name that an expression is, when it is nothing but a name; else ""."""
-    name = expr.reads[0].name if len(expr.reads) == 1 and not expr.reads[0].field else ""
-    same = expr.source.strip().removeprefix("${").removesuffix("}").strip() == name
-    return name if same and name.isidentifier() else ""
 
 
 def _facts(expr: Expr) -> tuple[frozenset[str], frozenset[str]]:

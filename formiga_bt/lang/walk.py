@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from typing import Final, assert_never
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
     Ask,
     BreakIf,
@@ -180,6 +179,13 @@ def standing_for(expr: Expr, names: Names) -> tuple[str, ...]:
         return tuple(one + item if "[" not in one else one for one in outer)
     reads = (read.name for read in expr.reads if not read.field)
     return tuple(dict.fromkeys(one for name in reads for one in names.get(name, (name,))))
+
+
+def plain_name(expr: Expr) -> str:
+    """Return the name that an expression is, when it is nothing but a name; else ""."""
+    name = expr.reads[0].name if len(expr.reads) == 1 and not expr.reads[0].field else ""
+    same = expr.source.strip().removeprefix("${").removesuffix("}").strip() == name
+    return name if same and name.isidentifier() else ""
 
 
 def item_name(expr: Expr) -> tuple[str, str]:

@@ -15,9 +15,6 @@ from formiga_bt.lang.walk import all_roles, bare, children
 TYPED: Final = 8
 """So many characters of the digest a person types."""
 
-UNNAMED: Final = frozenset({"", "http", "cli"})
-"""Requesters of whom nobody can say who they are."""
-
 _NAMED: Final = re.compile(r"([A-Za-z_]\w*)((?:\[-?\d{1,4}\])?(?:\.home)?)")
 _RECOVER: Final = "the way home"
 

@@ -17,8 +17,8 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.safety.approval import UNNAMED
-
+UNNAMED: Final = frozenset({"", "http", "cli"})
+"""Requesters of whom nobody can say who they are."""
 LONGEST: Final = 80
 """Characters of a name."""
 MOST: Final = 10

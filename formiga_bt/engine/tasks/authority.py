@@ -21,8 +21,8 @@ from formiga_bt.engine.kernel.core import Core, clock_stands
 from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Submit
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, Approval
 from formiga_bt.lang.model import Task
-from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, others_than, same_person
-from formiga_bt.safety.drafted import Drafted
+from formiga_bt.safety.approval import TYPED, approval_digest, needs_another, others_than, same_person
+from formiga_bt.safety.drafted import UNNAMED, Drafted
 
 APPROVERS: Final = "approvers"
 """The site's people role that may approve."""

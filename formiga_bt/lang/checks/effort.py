@@ -15,7 +15,6 @@ from formiga_bt.base.geo import Position, Region
 from formiga_bt.lang.checks.effort_findings import OncePerMark
 from formiga_bt.lang.checks.known import Names, value_of
 from formiga_bt.lang.checks.spending import RoleSpending, Sum, Where, forget, of_branches
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
     Ask,
     BreakIf,
@@ -47,7 +46,7 @@ from formiga_bt.lang.model import (
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import Value
-from formiga_bt.lang.walk import agent_params, children, commands
+from formiga_bt.lang.walk import agent_params, children, commands, plain_name
 
 _MOST_STEPS: Final = 50_000
 """Steps looked at, rounds and calls written out; a task with more is left alone."""

@@ -1,7 +1,6 @@
 """`call`: the call of a subtree with its arguments. What it needs of each agent that is passed is checked here."""
 
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.steps.heights import check_called_heights
@@ -10,6 +9,7 @@ from formiga_bt.lang.steps.who import origin_of
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import quoted_list, read_mapping, read_name
 from formiga_bt.lang.types import ANY
+from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.world import Callee
 
 

@@ -8,10 +8,10 @@ from typing import Final
 from formiga_bt.base.geo import Position
 from formiga_bt.base.units import format_quantity, parse_quantity
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import Expr, FieldSpec
 from formiga_bt.lang.site.envelope import ceiling
 from formiga_bt.lang.text.document import Node
+from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.world import Callee
 
 HEIGHTS: Final = ("altitude", "height")

@@ -8,7 +8,7 @@ from typing import Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.members import type_read
-from formiga_bt.lang.expressions import compile_value, plain_name
+from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE
@@ -19,6 +19,7 @@ from formiga_bt.lang.steps.over_lists import length_of
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import read_mapping, read_name, read_text, read_words, what_is
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, list_of
+from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.written import scalars
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

@@ -108,6 +108,14 @@ def test_starting_and_listing_verbs_loads_nothing_heavy() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_verb_that_asks_an_engine_does_not_load_the_task_language(tmp_path: Path) -> None:
+    code = (
+        "import sys; from formiga_bt.cli.app import run; run(['tasks']); print('formiga_bt.lang.text' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
 def test_python_m_is_the_same_command() -> None:
     done = subprocess.run([sys.executable, "-m", "formiga_bt", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"formiga {__version__}\n"

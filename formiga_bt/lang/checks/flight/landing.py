@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
     ActionSpec,
     Call,
@@ -30,7 +29,7 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.text.reading import Problems
-from formiga_bt.lang.walk import commands
+from formiga_bt.lang.walk import commands, plain_name
 
 _ABOVE: Final = re.compile(r"(?:above|at_height|ground)\(\s*([^,()]+|(?:above|at_height|ground)\(.*\))\s*(?:,.*)?\)")
 _NAME: Final = re.compile(r"([A-Za-z_]\w*)((?:\.[A-Za-z_]\w*)*)")

@@ -11,10 +11,9 @@ from typing import Any, Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.base.units import format_quantity
-from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, For, Parallel, Sequence, Step
 from formiga_bt.lang.text.reading import Problems
-from formiga_bt.lang.walk import agent_params, bare, children
+from formiga_bt.lang.walk import agent_params, bare, children, plain_name
 
 _POINTS: Final = ("place", "position")
 
