@@ -12,6 +12,7 @@ from formiga_bt.base.packaged import files
 from formiga_bt.base.site_folder import write_durably
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.text.document import Listing, Mapping_, parse_file
 from formiga_bt.llm.drafts import ORIGIN, KeptDraft, keep
 from formiga_bt.llm.records import Draft, Origin, RehearsedFlight
 from formiga_bt.llm.world import RequestWorld
@@ -62,8 +63,8 @@ def note_drafted(
 ) -> None:
     """Write down what a model wrote; not tasks of the site and of the library that people wrote, which it only said again."""
     texts = [*world.tasks.values(), *(path.read_text(encoding="utf-8") for path in files("trees"))]
-    own = [task for text in texts if said_in(text) is None and (task := _task(text, world)) is not None]
-    of_people = {meaning(one) for one in own} if tasks else set()
+    by_people = [text for text in texts if said_in(text) is None and any(_may_do_the_same(text, one) for one in tasks)]
+    of_people = {meaning(task) for text in by_people if (task := _task(text, world)) is not None}
     new = [one for one in tasks if meaning(one) not in of_people]
     note(runtime, new, record, draft=draft, unix_millis=unix_millis)
 
@@ -71,6 +72,19 @@ def note_drafted(
 def _task(text: str, world: RequestWorld) -> Task | None:
     loaded = load_task_text(text, "draft.yaml", catalogue=world.catalogue, site=world.site, library=world.folders)
     return loaded.task
+
+
+def _may_do_the_same(text: str, task: Task) -> bool:
+    """Return False if a text has more or fewer steps in a section than a task: it does something else."""
+    root, _ = parse_file(text, "draft.yaml")
+    if not isinstance(root, Mapping_):
+        return False
+    sections = {"steps": task.steps, "on_failure": task.on_failure, "on_abort": task.on_abort, "finally": task.finally_}
+    for key, steps in sections.items():
+        entry = root.get(key)
+        if len(entry.value.items if entry is not None and isinstance(entry.value, Listing) else ()) != len(steps):
+            return False
+    return True
 
 
 def approve(kept: KeptDraft, *, approved_by: str, bundle: str) -> Origin:

@@ -8,10 +8,12 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.base.errors import SiteError, UnusableFile
+from formiga_bt.base.packaged import files
 from formiga_bt.base.packaged import folder as packaged
+from formiga_bt.lang.loader import load_task
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import delete, drafts_folder, keep, numbers, read_draft
-from formiga_bt.llm.origin import kept_with_origin
+from formiga_bt.llm.origin import kept_with_origin, note_drafted
 from formiga_bt.llm.records import Draft, Message, ModelReply, Origin, ParamValue, Round
 from formiga_bt.llm.world import world_of
 from formiga_bt.safety.drafted import drafted, said_in, stamped
@@ -86,6 +88,16 @@ def test_what_was_kept_is_known_beside_the_drafts_but_not_what_people_wrote(tmp_
     marked = with_tasks(world, tasks={"mine.yaml": stamped(WAIT.format("5 s"), drafted(["eve"]))})
     kept_with_origin(replace(mine_, yaml=WAIT.format("5 s")), folder, marked, by="eve", unix_millis=7)
     assert len(known_of(folder.parent)) == 3
+
+
+def test_no_task_that_ships_counts_as_written_by_a_model_that_says_it_again(tmp_path: Path) -> None:
+    world = world_of()
+    loaded = [load_task(path, catalogue=world.catalogue, site=world.site) for path in files("trees")]
+    tasks = [one.task for one in loaded if one.task is not None]
+    assert len(tasks) > 10
+
+    note_drafted(tmp_path, tasks, drafted(["eve"]), world, draft=1, unix_millis=7)
+    assert known_of(tmp_path) == {}
 
 
 @pytest.mark.parametrize("where", ["request", "plan"])
