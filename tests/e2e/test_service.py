@@ -7,8 +7,9 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pytest
 
 from agents_sim.launch import FleetProcesses
 from formiga_bt.base.site_folder import EngineAddress, find_engines
+from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.client import Client
 from formiga_bt.rehearsal.rehearsal import fleet_of
@@ -36,11 +38,22 @@ steps:
 UP = ("up", "--http", "127.0.0.1:0", "--speed", "20")
 
 
-class Shell:
-    """A terminal in a folder."""
+LASTING = frozenset({"up", "sim", "demo", "watch", "mcp", "--follow"})
+"""Words of commands that go on until they are told to end."""
 
-    def __init__(self, folder: Path) -> None:
+
+class Shell:
+    """A terminal in a folder.
+
+    Args:
+        folder: where commands run.
+        in_process: commands that end by themselves run in the process of the test. A process of its own for each takes half a
+            second; that every verb is one, the tests of this file show, and those of `formiga access` and of approvals.
+    """
+
+    def __init__(self, folder: Path, *, in_process: bool = True) -> None:
         self.folder = folder
+        self.in_process = in_process
         self.engines: list[subprocess.Popen[str]] = []
         self.environment: dict[str, str] = {}
         self.program: tuple[str, ...] = ("-m", "formiga_bt")
@@ -54,17 +67,28 @@ class Shell:
 
     def run(self, *words: str, code: int = 0) -> str:
         """Run a command; return what it said."""
+        if self.in_process and self.program == ("-m", "formiga_bt") and not self.environment and not LASTING & {*words}:
+            ended, said = self._run_here(words)
+            assert ended == code, f"{words}: {ended}\n{said}"
+            return said
         process = self.start(*words)
         said, _ = process.communicate(timeout=90)
         assert process.returncode == code, f"{words}: {process.returncode}\n{said}"
         return said
 
+    def _run_here(self, words: Sequence[str]) -> tuple[int, str]:
+        with (
+            tempfile.TemporaryFile("w+", encoding="utf-8") as out, open(os.devnull, encoding="utf-8") as nothing,
+            contextlib.chdir(self.folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(out),
+            pytest.MonkeyPatch.context() as patch,
+        ):  # fmt: skip
+            patch.setattr(sys, "stdin", nothing)
+            code = run(words)
+            out.seek(0)
+            return code, out.read()
+
     def json(self, *words: str) -> Any:
-        done = subprocess.run(
-            [sys.executable, "-m", "formiga_bt", *words, "--json"], cwd=self.folder, capture_output=True, text=True,
-            check=True, timeout=90,
-        )  # fmt: skip
-        return json.loads(done.stdout)
+        return json.loads(self.run(*words, "--json"))
 
     def up(self, *words: str) -> EngineAddress:
         """Start an engine; return where it is. Its site takes a free port: tests run side by side."""
@@ -93,9 +117,9 @@ class Shell:
                 engine.stdout.close()
 
 
-def new_site(folder: Path) -> Shell:
+def new_site(folder: Path, *, in_process: bool = True) -> Shell:
     """Make a site as a newcomer does; its engine takes a free port."""
-    made = Shell(folder)
+    made = Shell(folder, in_process=in_process)
     said = made.run("init", "my meadow")
     assert "next: cd" in said
     made.folder = folder / "my meadow"
@@ -106,7 +130,7 @@ def new_site(folder: Path) -> Shell:
 
 @pytest.fixture
 def shell(tmp_path: Path) -> Iterator[Shell]:
-    made = new_site(tmp_path)
+    made = new_site(tmp_path, in_process=False)
     yield made
     made.close()
 
@@ -229,6 +253,7 @@ def test_ctrl_c_lands_everything_and_sigterm_ends_at_once(shell: Shell) -> None:
 
 
 def test_what_is_wrong_is_told_and_the_engine_goes_on(shell: Shell) -> None:
+    shell.in_process = True
     no = shell.run("tasks", code=1)
     assert "no engine runs for" in no
     assert "formiga up" in no
@@ -295,7 +320,7 @@ def test_the_commands_of_the_readme(tmp_path: Path) -> None:
     lines = [line.partition("#")[0].strip() for line in block.strip().splitlines()]
     assert [line.split()[1] for line in lines] == ["init", "up", "run", "why", "down"]
     first, _, folder = lines[0].partition(" && cd ")
-    shell = Shell(tmp_path)
+    shell = Shell(tmp_path, in_process=False)
     shell.run(*first.split()[1:])
     shell.folder = tmp_path / folder
     site = shell.folder / "site.yaml"

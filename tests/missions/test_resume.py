@@ -12,6 +12,7 @@ from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.rehearsal.testing import check_rehearsal, packaged_task, packaged_world
 from formiga_bt.transport.memory import Faults
 from tests.missions.crashing import Crashing, When
+from tests.shares import some
 
 SITE, CATALOGUE = packaged_world()
 PLACES = SITE.places
@@ -24,7 +25,7 @@ MISSIONS: dict[str, dict[str, Any]] = {
     "patrol_and_escort": {"target": PLACES["north_field"]},
     "delivery": {"target": PLACES["north_field"], "next_stop": PLACES["east_field"], "return_second": True},
 }
-KILLS = 9
+KILLS = some(5, 9)
 """So many steps of each mission are killed, two ways each; how many there are is another matter."""
 ROUNDS = "patrol_and_escort"
 """Its first drone flies rounds until the second has landed: how many is a matter of time."""
@@ -82,7 +83,7 @@ def test_a_short_outage_at_any_step_changes_nothing(name: str, when: When, plain
         plain[name].compare(flown)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=some(8, 15), deadline=None)
 @given(data=st.data())
 def test_however_often_it_dies_all_ends_as_without(data: st.DataObject, plain: dict[str, Plain]) -> None:
     name = data.draw(st.sampled_from(["pick_up", "move_task", "delivery"]))
@@ -99,7 +100,7 @@ def test_however_often_it_dies_all_ends_as_without(data: st.DataObject, plain: d
     plain[name].compare(flown)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=some(8, 15), deadline=None)
 @given(data=st.data())
 def test_over_a_bad_wire_too_no_goal_is_begun_twice_and_all_ends(data: st.DataObject, plain: dict[str, Plain]) -> None:
     name = data.draw(st.sampled_from(["pick_up", "move_task"]))

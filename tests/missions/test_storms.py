@@ -13,6 +13,7 @@ from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.transport.memory import Faults
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import SITE
+from tests.shares import in_ci
 
 DRONES = ("hwd_1", "hwd_2", "lwd_1", "lwd_2")
 PEOPLE = ("picker_1", "picker_2", "watcher_1")
@@ -108,7 +109,8 @@ class Storm:
 
 QUICK = (1, 10, 17, 145)
 """Seeds that found something once."""
-SEEDS = [*QUICK, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(25) if seed not in QUICK)]
+EACH_RUN = (*QUICK, *range(2, 8))
+SEEDS = [*EACH_RUN, *in_ci(seed for seed in range(25) if seed not in EACH_RUN)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

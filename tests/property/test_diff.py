@@ -19,6 +19,7 @@ from formiga_bt.show.diff.changes import Difference, compare
 from formiga_bt.show.diff.terminal import draw
 from tests.mutation import operators
 from tests.property.strategies import load, task_text
+from tests.shares import some
 
 ROOT = Path(__file__).parents[2]
 CATALOGUE = load_catalogue([ROOT / "actions" / "base.yaml"])[0]
@@ -81,7 +82,7 @@ def test_what_ships_does_not_differ_from_itself_laid_out_anew(path: Path) -> Non
     assert found.in_words() == "no change"
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(10, 20), deadline=None)
 @given(st.integers(0, 10_000))
 def test_a_drawn_task_does_not_differ_from_itself_formatted_or_with_its_keys_in_another_order(seed: int) -> None:
     data, task = drawn(seed)
@@ -97,7 +98,7 @@ def test_a_drawn_task_does_not_differ_from_itself_formatted_or_with_its_keys_in_
     assert mixed.changes == ()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(12, 25), deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 10_000))
 def test_a_step_more_is_one_that_was_added_and_the_other_way_round_removed(seed: int, where: int) -> None:
     data, _ = drawn(seed)
@@ -112,7 +113,7 @@ def test_a_step_more_is_one_that_was_added_and_the_other_way_round_removed(seed:
             assert [(c.what, c.kind) for c in found.changes] == [(what, "notify")]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(12, 25), deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 10_000), st.integers(0, 10_000))
 def test_a_step_elsewhere_has_moved(seed: int, where: int, whither: int) -> None:
     data, _ = drawn(seed)
@@ -131,7 +132,7 @@ def test_a_step_elsewhere_has_moved(seed: int, where: int, whither: int) -> None
         assert [(c.what, c.kind) for c in found.changes] in ([[]] if here else [[("moved", "notify")], *swapped])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(12, 25), deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 10_000))
 def test_another_value_is_one_change_of_one_field(seed: int, where: int) -> None:
     data, _ = drawn(seed)
@@ -146,7 +147,7 @@ def test_another_value_is_one_change_of_one_field(seed: int, where: int) -> None
             assert [one.field for one in found.changes[0].fields] == ["note"]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(12, 25), deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(["one", "two", "ann", "n", "flag"]))
 def test_another_name_is_a_rename(seed: int, name: str) -> None:
     data, task = drawn(seed)
@@ -164,7 +165,7 @@ def test_another_name_is_a_rename(seed: int, name: str) -> None:
         assert task.name == "Random"
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(10, 20), deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 10_000))
 def test_any_two_tasks_are_compared_and_drawn_and_what_came_here_went_there(one: int, two: int) -> None:
     (old, _), (new, _) = drawn(one), drawn(two)

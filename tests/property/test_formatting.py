@@ -17,6 +17,7 @@ from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.text.formatting import format_text
 from tests.property.strategies import load, task_text
 from tests.property.test_loader_never_raises import mutated
+from tests.shares import in_ci, some
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted([*(ROOT / "trees").rglob("*.yaml"), *(ROOT / "actions").glob("*.yaml")])
@@ -78,7 +79,7 @@ def test_mistakes_are_laid_out_without_being_mended(path: Path) -> None:
     assert done is not None or parse(text, "")[1]
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", [*range(20), *in_ci(range(20, 60))])
 def test_the_model_of_a_drawn_tree_is_the_same(seed: int) -> None:
     text = task_text(Random(seed))
     before = load(text)
@@ -103,7 +104,7 @@ def test_the_model_of_a_shipped_task_is_the_same_however_it_was_shifted(path: Pa
     assert meaning(first.diagnostics) == meaning(second.diagnostics)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=some(150, 400), deadline=None)
 @given(mutated(ALL), st.integers(0, 2**32))
 def test_a_mutated_text_with_comments_keeps_its_words_and_comments(text: str, seed: int) -> None:
     dice = Random(seed)

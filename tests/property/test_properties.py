@@ -13,6 +13,7 @@ from formiga_bt.lang.model import Task
 from tests.property.strategies import load, missions
 from tests.property.test_differential import fly
 from tests.property.world import START, World, yard
+from tests.shares import some
 
 ENCODER = msgspec.json.Encoder()
 
@@ -45,13 +46,13 @@ def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_runn
             kept = {key.removesuffix(":items") for key in world.engine.state.memory.get(task, {})}
             assert kept == set(world.engine.statuses(task)), step.input
 
-    for mission in missions(70, 1000, tasks=2):
+    for mission in missions(some(35, 70), 1000, tasks=2):
         World(mission.tasks(), mission.deeds, mission.events, watch=watch).run()
 
 
 @pytest.fixture(scope="module")
 def flown() -> list[World]:
-    return [fly(mission) for mission in missions(100, 2000, tasks=2)]
+    return [fly(mission) for mission in missions(some(50, 100), 2000, tasks=2)]
 
 
 def test_a_goal_is_sent_again_only_when_its_agent_never_had_it(flown: list[World]) -> None:

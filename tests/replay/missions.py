@@ -17,9 +17,12 @@ from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_ta
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from tests.shares import some
 
-AHEAD = 25
+AHEAD = some(12, 25)
 """So many steps are played again from most of the snapshots."""
+EACH = some(10, 4)
+"""Each so many-th goes on to the end."""
 SHIPPED = ("move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request")
 
 DETOUR = """\
@@ -350,10 +353,10 @@ def record(name: str) -> tuple[list[Recorded], list[bytes]]:
 def replay(steps: Sequence[Recorded], shots: Sequence[bytes]) -> list[str]:
     """Go on from each snapshot with what was put in; return where what comes out differs from what came out.
 
-    Each fourth one goes on to the end, the others for `AHEAD` steps; with FORMIGA_EXAMPLES set, all go on to the end.
+    Each `EACH`-th one goes on to the end, the others for `AHEAD` steps; with FORMIGA_EXAMPLES set, all go on to the end.
     """
     site, catalogue, tasks = world()
-    every = 1 if os.environ.get("FORMIGA_EXAMPLES") else 4
+    every = 1 if os.environ.get("FORMIGA_EXAMPLES") else EACH
     wrong = []
     for index, shot in enumerate(shots):
         engine = Engine(site, catalogue, tasks, state=load_snapshot(shot))

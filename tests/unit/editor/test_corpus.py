@@ -13,11 +13,15 @@ from formiga_bt.editor.hover import hover, signatures
 from formiga_bt.editor.project import Document, Project, lines_of
 from formiga_bt.editor.where import EditorPosition, where
 from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
+from tests.shares import some
 
 ERRORS = sorted((Path(__file__).parents[2] / "lang_errors").glob("*.yaml"))
 SHIPPED = [*files("trees"), *files("actions"), *sorted(folder("trees").rglob("*.test.yaml"))]
 TREES = [path for path in files("trees") if "task:" in path.read_text().split("steps:")[0] or path.parent.name == "lib"]
 TREES = [path for path in TREES if path.parent.name != "scenarios"]
+
+EACH = some(8, 3)
+"""Columns between two positions at which all is asked, other ones in each line."""
 
 
 def scalars(node: Node, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Scalar, str]]:
@@ -71,7 +75,7 @@ def opened(path: Path) -> tuple[Project, Document]:
 def test_no_request_raises_at_any_position(path: Path) -> None:
     project, document = opened(path)
     for line, text in enumerate(document.lines):
-        for col in range(line % 3, len(text) + 1, 3):
+        for col in range(line % EACH, len(text) + 1, EACH):
             complete(project, document, line, col)
             hover(project, document, line, col)
             signatures(project, document, line, col)

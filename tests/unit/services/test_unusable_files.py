@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +14,7 @@ from formiga_bt.base.site_folder import SiteFolder
 from formiga_bt.base.unusable_files import FILES
 from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.kept.journaling import JournalAt
-from tests.unit.services.conftest import Start
+from tests.unit.services.conftest import Start, starter
 from tests.unit.services.test_api_library import SHORT
 
 pytestmark = pytest.mark.network
@@ -61,20 +62,42 @@ HARMS: Final = (removed, empty, truncated, garbage, a_folder, a_pipe, a_link_to_
 JOURNAL: Final = ("journal.db", "journal.db-wal", "journal.db-shm")
 
 
-@pytest.fixture
-def used(start: Start, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def left(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A runtime folder with each file that an engine may leave."""
-    with start(journal=KEPT) as service:
+    beside = tmp_path_factory.mktemp("left")
+    with starter(beside)(journal=KEPT) as service:
         load(service, SHORT.replace("Stay", "Brief"), "drafts/brief.yaml")
         service.ends(service.submit("Brief"))
-    folder = tmp_path / ".formiga" / "meadow"
+    folder = beside / ".formiga" / "meadow"
     for name, text in {
         "exact": "", "engine.json": "{}", "approvals.jsonl": '{"digest": "a", "by": "x"}\n', "drafted.jsonl": "{}\n",
-        "journal.at": str(folder / "journal.db"), "flights.jsonl": "", "flying.json": "{}", "resuming.json": "{}",
+        "flights.jsonl": "", "flying.json": "{}", "resuming.json": "{}",
     }.items():  # fmt: skip
         if not (folder / name).exists():
             (folder / name).write_text(text)
     return folder
+
+
+@pytest.fixture
+def used(left: Path, tmp_path: Path) -> Path:
+    """A copy of it, where `start` starts."""
+    folder = tmp_path / ".formiga" / "meadow"
+    shutil.copytree(left, folder, ignore=lambda *_: ["local.sock", "local"])
+    (folder / "journal.at").write_text(str(folder / "journal.db"))
+    return folder
+
+
+def names_in(used: Path) -> list[str]:
+    """Return the files that are harmed."""
+    bundle = next(one for one in (used / "bundles").iterdir() if one.name != "served.json")
+    return [*sorted(FILES.keys() - {"no-journal"}), "lock", "bundles/served.json", f"bundles/{bundle.name}"]
+
+
+def groups(names: list[str], turn: int) -> list[list[str]]:
+    """Return the files four by four, other ones together each turn; by itself the one whose harm may end the start."""
+    others = [name for name in names if name != "journal.at"]
+    return [["journal.at"], *(others[(first + turn) % 4 :: 4] for first in range(4))]
 
 
 def load(service: Any, text: str, file: str) -> None:
@@ -82,30 +105,53 @@ def load(service: Any, text: str, file: str) -> None:
 
 
 @pytest.mark.parametrize("harm", HARMS)
-def test_each_file_in_turn(used: Path, start: Start, harm: Callable[[Path], None]) -> None:
-    bundle = next(one for one in (used / "bundles").iterdir() if one.name != "served.json")
-    names = [*sorted(FILES.keys() - {"no-journal"}), "lock", "bundles/served.json", f"bundles/{bundle.name}"]
-    failed = {}
-    for name in names:
+def test_each_file_by_itself_ends_no_reading_of_the_folder(used: Path, harm: Callable[[Path], None]) -> None:
+    for name in names_in(used):
         path = used / name
-        before = path.read_bytes() if path.is_file() else b""
-        if not path.is_file():
-            path.write_bytes(b"{}")
+        before = path.read_bytes() if path.is_file() else None
+        harm_one(path, harm)
+        with SiteFolder(used.parents[1], "meadow") as folder:
+            assert set(folder.unusable) <= {name, "engine.json"}
+        restore(path, before)
+
+
+@pytest.mark.parametrize("turn", range(len(HARMS)))
+def test_some_files_at_once_end_no_start(used: Path, start: Start, turn: int) -> None:
+    """Which files come together, and next to which, differs with each harm."""
+    failed = {}
+    for names in groups(names_in(used), turn):
+        paths = [used / name for name in names]
+        before = [path.read_bytes() if path.is_file() else None for path in paths]
         highest = int((used / "epoch").read_text())
-        harm(path)
+        for path in paths:
+            harm_one(path, HARMS[turn])
         try:
             with start(journal=KEPT) as service:
-                assert service.host.epoch > highest, name
+                assert service.host.epoch > highest, names
                 last = int(service.submit("Stay").rpartition("-")[2])
-                assert last > 1, name
+                assert last > 1, names
         except FormigaError as error:
-            failed[name] = str(error)
-        if name in failed or not path.exists():
-            path.unlink(missing_ok=True)
-            path.write_bytes(before)
+            failed[names[0]] = str(error)
+        for path, text in zip(paths, before, strict=True):
+            if names[0] in failed or not path.exists():
+                restore(path, text)
     where = failed.pop("journal.at", "")
     assert failed == {}
     assert not where or "\n  help: " in where, "a path that was cut short is a path, but no journal is there"
+
+
+def harm_one(path: Path, harm: Callable[[Path], None]) -> None:
+    if not path.is_file():
+        path.write_bytes(b"{}")
+    harm(path)
+
+
+def restore(path: Path, text: bytes | None) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+    if text is not None:
+        path.write_bytes(text)
 
 
 @pytest.mark.parametrize("harm", [harm for harm in HARMS if harm is not removed])
