@@ -152,9 +152,9 @@ class Run:
 
     def _ended(self, task_id: str) -> None:
         task = self.world.task(task_id)
-        self.codes[task.code or task.status] += 1
-        if task.status == "SUCCEEDED" and task.ended_at is not None and task.active_at is not None:
-            self.lasted.append((task.ended_at - task.active_at) / SECOND)
+        self.codes[task.outcome.code or task.status] += 1
+        if task.status == "SUCCEEDED" and task.times.ended_at is not None and task.times.active_at is not None:
+            self.lasted.append((task.times.ended_at - task.times.active_at) / SECOND)
 
     def passes(self) -> Iterator[tuple[float, Micros, str, str, bool]]:
         """Give each near pass in flight: metres, when, who, whether both were on a cruise leg."""

@@ -21,7 +21,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord, TaskRequest
 from formiga_bt.lang.model import Port
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from formiga_bt.safety.gate import Go, Verdict
@@ -51,7 +51,11 @@ def engine_of(count: int, dice: random.Random) -> Engine:
         here = Position(spot.east_m, spot.north_m, LAYERS_M[i % 3])
         there = near(here, dice)
         core.emit(
-            ch.TaskPut(TaskRecord(id=task, name="MoveTask", order=i, bundle="", status="ACTIVE", section="steps"))
+            ch.TaskPut(
+                TaskRecord(
+                    id=task, name="MoveTask", order=i, request=TaskRequest(bundle=""), status="ACTIVE", section="steps"
+                )
+            )
         )
         core.emit(ch.GoalPut(GoalRecord(id=goal, agent=agent, action="GoTo", task=task, section="steps", state="running",
                                         fields={"to": there}, leg=(here, there), order=i)))  # fmt: skip

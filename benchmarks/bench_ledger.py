@@ -16,7 +16,15 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import EngineStep, Started
-from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.records import (
+    AgentRecord,
+    Deadline,
+    GoalRecord,
+    Question,
+    TaskRecord,
+    TaskRequest,
+    TaskTimes,
+)
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.lang.model import Site
 from formiga_bt.show.history.folded import FoldedSource
@@ -54,7 +62,14 @@ def crowd(tasks: int) -> FoldedSource:
     for n in range(tasks):
         task, agent, kind = f"Survey-{n}", f"lwd_{n}", n % 4
         active = "PENDING" if kind == 3 else "ACTIVE"
-        record = TaskRecord(id=task, name="Survey", order=n, bundle="", status=active, submitted_at=n)  # type: ignore[arg-type]
+        record = TaskRecord(
+            id=task,
+            name="Survey",
+            order=n,
+            request=TaskRequest(bundle=""),
+            status=active,
+            times=TaskTimes(submitted_at=n),
+        )  # type: ignore[arg-type]
         changes.append(ch.TaskPut(record))
         changes.append(ch.DeadlineSet(TaskDue(task, "timeout"), Deadline((n * 7919 % tasks) * SECOND, n, task)))
         if n % 10 == 0:

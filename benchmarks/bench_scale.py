@@ -320,7 +320,7 @@ def crowd(tasks: int) -> dict[str, float]:
         times.append(time.thread_time() - first)
         ended = [change.task for change in step.changes if isinstance(change, NodesEnded)]
         woken.append(len(ended))
-        if any(world.engine.state.tasks[task].priority == "high" for task in ended):
+        if any(world.engine.state.tasks[task].request.priority == "high" for task in ended):
             high_s = sum(times)
         due = world.engine.next_deadline()
         if due is None or due[1] != REST:

@@ -229,9 +229,9 @@ def run(task: Task, index: int, limit_s: float = LIMIT_S) -> Ended:
         state = played.rehearsal.engine.state
         away = [one.id for one in state.agents.values() if one.pool in ("QUARANTINED", "PARKED_AWAY")]
         left = (one.id for one in state.agents.values() if is_nobodys(one, state))
-        end = Ended(record.status, record.code, record.reason, aloft, nobodys=next(left, ""))
+        end = Ended(record.status, record.outcome.code, record.outcome.reason, aloft, nobodys=next(left, ""))
         if in_time:
-            return replace(end, blocked=any(f"{one} was in the way" in record.reason for one in away))
+            return replace(end, blocked=any(f"{one} was in the way" in record.outcome.reason for one in away))
         waits = [goal for goal in state.goals.values() if not goal.ended]
         found = explain(state, scenario.tasks, record.id, played.rehearsal.now, catalogue=cases().catalogue)[1]
         why = "; ".join(f"{one.code}: {one.text}" for one in found if one.code != "chosen")

@@ -257,13 +257,13 @@ def _trace(run: VirtualRun, in_time: bool) -> Trace:
             elif isinstance(effect, NotifyPeople):
                 said.append((second, effect.text))
         said += [(second, c.question.text) for c in step.changes if isinstance(c, QuestionPut)]
-    ended = round(((task.ended_at or run.rehearsal.now) - began) / 1e6)
+    ended = round(((task.times.ended_at or run.rehearsal.now) - began) / 1e6)
     machines = tuple(
         (agent.id, agent.landed, agent.pool, _rounded(agent))
         for agent in state.agents.values()
         if agent.type in ("lwd", "hwd")
     )
-    return (task.status if in_time else "no end", task.code, ended, tuple(said), machines)
+    return (task.status if in_time else "no end", task.outcome.code, ended, tuple(said), machines)
 
 
 def _rounded(agent: Any) -> Any:

@@ -113,7 +113,7 @@ class Allocation:
                 continue
             pilot, roles = self._authority.pilot(request), self._authority.trimmed(request, grant.roles)
             lists = frozenset(role.role for role in request.roles if role.is_list)
-            core.put_task(request.holder, pilot=pilot or core.task(request.holder).pilot)
+            core.put_part(request.holder, "agents", pilot=pilot or core.task(request.holder).agents.pilot)
             assign(core, request.holder, roles)
             core.emit(ch.RequestPut(grant.task, None))
             if request.node:

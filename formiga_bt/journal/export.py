@@ -137,11 +137,12 @@ def _tasks(journal: Readable, since: Micros, until: Micros | None) -> Iterator[R
     for kept in journal.read(until=until):
         tasks.update({change.task.id: change.task for change in kept.step.changes if isinstance(change, ch.TaskPut)})
     for task in tasks.values():
-        if task.ended_at is None or task.ended_at >= since:
+        if task.times.ended_at is None or task.times.ended_at >= since:
+            request, outcome, times = task.request, task.outcome, task.times
             yield (
-                task.id, task.name, task.version, task.bundle, task.status, task.code, task.reason, task.priority,
-                task.by, task.run, _millis(task.submitted_at), _millis(task.assigned_at),
-                _millis(task.active_at), _millis(task.ended_at),
+                task.id, task.name, request.version, request.bundle, task.status, outcome.code, outcome.reason,
+                request.priority, request.by, task.run, _millis(times.submitted_at), _millis(times.assigned_at),
+                _millis(times.active_at), _millis(times.ended_at),
             )  # fmt: skip
 
 

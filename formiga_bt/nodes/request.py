@@ -53,7 +53,9 @@ class RequestNode(Leaf):
     def _end(self, run: Run, view: TaskView) -> Status:
         status = view.status if view.ended else "PENDING"
         if self.step.save_as:
-            run.set_var(self.scope, self.step.save_as, {"status": status, "reason": view.reason, "task_id": view.id})
+            run.set_var(
+                self.scope, self.step.save_as, {"status": status, "reason": view.outcome.reason, "task_id": view.id}
+            )
         if status in ("SUCCEEDED", "PENDING"):
             return SUCCESS
         self.failure = request_failure(view, self.path)
@@ -71,5 +73,5 @@ class RequestNode(Leaf):
 
 def request_failure(view: TaskView, path: str) -> Failure:
     """Return the failure of a step whose task did not succeed."""
-    code = view.code or view.status.lower()
-    return Failure(f"request:{code}", f"{view.id}: {view.reason or view.status.lower()}", path)
+    word = view.status.lower()
+    return Failure(f"request:{view.outcome.code or word}", f"{view.id}: {view.outcome.reason or word}", path)

@@ -34,6 +34,18 @@ class Failure(Struct, frozen=True, omit_defaults=True):
     """False: a goal in doubt, or of an action that may not be repeated."""
 
 
+class TaskOutcome(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """How it ends: decided when its steps end, and never changed after; then only notes are added."""
+
+    status: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
+    code: str = ""
+    """Reason code."""
+    reason: str = ""
+    failure: Failure | None = None
+    notes: tuple[str, ...] = ()
+    """What went wrong in cleanup, in each of its runs."""
+
+
 class GoalView(Protocol):
     """What a leaf sees of its goal."""
 
@@ -145,13 +157,8 @@ class TaskView(Protocol):
         ...
 
     @property
-    def code(self) -> str:
-        """Return the reason code of its outcome."""
-        ...
-
-    @property
-    def reason(self) -> str:
-        """Return the reason in words."""
+    def outcome(self) -> TaskOutcome:
+        """Return how it ends."""
         ...
 
     @property

@@ -104,7 +104,7 @@ _HANDBACKS: Mapping[str, OperatorOrder] = {
 
 
 def _newest(name: str, tasks: Mapping[str, TaskRecord]) -> str:
-    open_ = [task for task in tasks.values() if task.name == name and task.section != "done" and not task.system_agent]
+    open_ = [task for task in tasks.values() if task.name == name and task.section != "done" and not task.system.agent]
     if not open_:
         raise TaskError("unknown_task", f"no task '{name}' is open")
     return max(open_, key=lambda task: task.order).id

@@ -279,7 +279,7 @@ def check_rehearsal(rehearsal: Rehearsal) -> None:
         idle = not agent.task and agent.pool != "QUARANTINED" and not agent.human
         fresh = agent.liveness == "ALIVE" and agent.control == "engine"
         if idle and fresh and agent.landed == "airborne":
-            flown = any(agent.id in task.granted for task in state.tasks.values())
+            flown = any(agent.id in task.agents.granted for task in state.tasks.values())
             assert not flown, f"{agent.id} was left in the air"
     verdict = rehearsal.referee.verdict(rehearsal.now)
     assert verdict.is_clean, verdict

@@ -183,7 +183,7 @@ class Crew:
         with self._view.reading() as state:
             pilots = []
             for pilot, most in self._site.pilots.items():
-                mine = {t.id for t in state.tasks.values() if t.pilot == pilot and t.section != "done"}
+                mine = {t.id for t in state.tasks.values() if t.agents.pilot == pilot and t.section != "done"}
                 machines = tuple(a.id for a in state.agents.values() if a.task in mine and not a.human)
                 since = state.duty.get(pilot)
                 pilots.append(PilotFact(pilot=pilot, since=since, max_airborne=most, machines=machines))

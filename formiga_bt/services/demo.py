@@ -203,7 +203,7 @@ class Demo:
     def abort_all(self) -> None:
         """Abort every task not yet aborted and not ending; call it again for those that come in meanwhile."""
         for task in list(self.log.state.tasks.values()):
-            if task.section == "done" or task.system_agent or task.id in self._aborted:
+            if task.section == "done" or task.system.agent or task.id in self._aborted:
                 continue
             self._aborted.add(task.id)
             with suppress(TaskError):  # it is ending already, which is what was wanted

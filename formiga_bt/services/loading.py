@@ -188,12 +188,16 @@ class Loading:
 
 
 def _with(state: EngineState, name: str, bundle: str) -> tuple[str, ...]:
-    return tuple(t.id for t in state.tasks.values() if t.section != "done" and (t.name, t.bundle) == (name, bundle))
+    return tuple(
+        t.id for t in state.tasks.values() if t.section != "done" and (t.name, t.request.bundle) == (name, bundle)
+    )
 
 
 def _running(state: EngineState, name: str, newest: str) -> list[str]:
     tasks = state.tasks.values()
-    return [t.id for t in tasks if t.section != "done" and t.name == name and t.bundle not in (newest, "system")]
+    return [
+        t.id for t in tasks if t.section != "done" and t.name == name and t.request.bundle not in (newest, "system")
+    ]
 
 
 # -- reading -----------------------------------------------------------------------------------------------------------

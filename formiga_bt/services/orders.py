@@ -307,7 +307,7 @@ class ServiceOrders:
             task = self._known(state, task_id)
             because = self._because(state, task_id, now)
             waits = tuple(dict.fromkeys(cause.code for cause in causes_of(state, task) if cause.code))
-        return Explanation(of=task.id, status=task.status, held=task.held, because=because, waits=waits)
+        return Explanation(of=task.id, status=task.status, held=task.hold.causes, because=because, waits=waits)
 
     def why_agent(self, agent: str) -> Explanation:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task.
@@ -339,7 +339,7 @@ class ServiceOrders:
         return task
 
     def _places_of(self, task: TaskRecord) -> StepPlaces | None:
-        key = task.name, task.bundle
+        key = task.name, task.request.bundle
         model = self._tasks.version(*key)
         if key not in self._places and model is not None:
             self._places[key] = StepPlaces(model)
@@ -458,7 +458,7 @@ def _fits(task: TaskRecord, status: str) -> bool:
     if status.lower() == "open":
         return task.section != "done"
     if status.lower() == "held":
-        return bool(task.held)
+        return bool(task.hold.causes)
     return not status or task.status == status.upper()
 
 

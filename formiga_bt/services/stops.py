@@ -178,11 +178,11 @@ class Stops:
                 ordered.append(OrderedFact(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
         for task_id, causes in held.items():
             task = state.tasks.get(task_id)
-            if task is None or (task.section != "done" and task.held == causes):
+            if task is None or (task.section != "done" and task.hold.causes == causes):
                 continue
             if task.section == "done":
                 ordered.append(OrderedFact(who=task_id, text=f"{task_id} went on, and has ended: {task.status}"))
-            elif task.held:
+            elif task.hold.causes:
                 skipped.append(self._still_held(state, task, "held"))
             else:
                 ordered.append(OrderedFact(who=task_id, text=f"{task_id} goes on"))
@@ -190,7 +190,7 @@ class Stops:
             skipped += [
                 self._still_held(state, task, "cannot_continue")
                 for task in state.tasks.values()
-                if task.held and task.section != "done" and task.held == held.get(task.id)
+                if task.hold.causes and task.section != "done" and task.hold.causes == held.get(task.id)
             ]
         nothing = "nothing goes on" if skipped else "nothing was stopped: no order stands, and no task waits for a word"
         text = ", ".join(one.text for one in ordered) or nothing
@@ -206,7 +206,7 @@ class Stops:
 
     def _still_held(self, state: EngineState, task: TaskRecord, code: str) -> SkippedFact:
         why = stays(state, task.id, self._catalogue)
-        text = f"{task.id} is still HELD ({', '.join(task.held)})" + (f": {why}" if why else "")
+        text = f"{task.id} is still HELD ({', '.join(task.hold.causes)})" + (f": {why}" if why else "")
         first = ways_on(state, task, self._catalogue)[0]
         hint = f"formiga why {task.id}" if first.startswith("formiga continue") else first
         return SkippedFact(who=task.id, code=code, text=text, hint=hint)
@@ -228,7 +228,7 @@ class Stops:
         self._view.catch_up()
         with self._view.reading() as state:
             if how == "release":
-                stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
+                stopped = [t.id for t in state.tasks.values() if t.hold.causes and t.section != "done"]
                 text = "lockdown is released: tasks are admitted and machines granted again"
                 return released(state, stopped, text, self._catalogue)
             concerned = [a for a in machines(state) if a.id in flew or a.landed != "grounded" or a.id in state.orders]
@@ -270,7 +270,7 @@ class Stops:
         self._view.catch_up()
         with self._view.reading() as state:
             found = state.tasks.get(task)
-            held = found is not None and bool(found.held)
+            held = found is not None and bool(found.hold.causes)
             order = state.orders.get(agent)
             now = doing(state, order, self._now(), wall_us()) if order is not None else ""
             follow = ["formiga agents", "formiga tasks"]
@@ -328,9 +328,9 @@ class Stops:
 
 def _ends(task: TaskRecord, *, stopped: bool) -> str:
     """Return what `handback --end` does to a task; `stopped`: a step of it was interrupted."""
-    then = f"{task.id} waits for your word" if task.held else f"{task.id} goes on"
+    then = f"{task.id} waits for your word" if task.hold.causes else f"{task.id} goes on"
     if stopped:
-        return "its interrupted step fails (taken_over)" + (f", and {then}" if task.held else "")
+        return "its interrupted step fails (taken_over)" + (f", and {then}" if task.hold.causes else "")
     return f"no step of {task.id} was interrupted, so none fails: {then}"
 
 

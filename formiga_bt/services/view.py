@@ -170,18 +170,23 @@ class EngineView:
 
     def _task(self, at: Micros, task: TaskRecord, before: TaskRecord | None) -> None:
         if before is None or task.status != before.status:
-            why = f": {task.code} {task.reason}".rstrip() if task.code else ""
-            if task.again:
-                why = f": {AGAIN[task.again]}; then it begins anew"
+            why = f": {task.outcome.code} {task.outcome.reason}".rstrip() if task.outcome.code else ""
+            if task.restart.why:
+                why = f": {AGAIN[task.restart.why]}; then it begins anew"
             text = f"{task.id} {task.status}{why}"
-        elif task.held != before.held:
-            text = f"{task.id} " + (f"HELD ({', '.join(task.held)})" if task.held else "goes on")
+        elif task.hold.causes != before.hold.causes:
+            text = f"{task.id} " + (f"HELD ({', '.join(task.hold.causes)})" if task.hold.causes else "goes on")
         elif task.section != before.section and task.section == self._sections.get(task.id):
             text = f"{task.id}: {task.section}"
         else:
             return
-        data = {"status": task.status, "held": list(task.held), "section": task.section, "code": task.code}
-        self.feed.add("task", at, text, task=task.id, data={**data, "reason": task.reason})
+        data = {
+            "status": task.status,
+            "held": list(task.hold.causes),
+            "section": task.section,
+            "code": task.outcome.code,
+        }
+        self.feed.add("task", at, text, task=task.id, data={**data, "reason": task.outcome.reason})
 
     def _goal(self, at: Micros, goal: GoalRecord, old: GoalRecord | None) -> None:
         if old is None or (goal.state, goal.code) != (old.state, old.code):

@@ -32,7 +32,7 @@ class LineMaker(Struct):
             case Alarm(code, text, task, agent):
                 of = f", {task}" if task else ""
                 return LineFact(at=at, text=f"{text} ({code}{of})", severity="alarm", task=task, agent=agent)
-            case PublishState(task, "HELD") if task not in state.tasks or not state.tasks[task].held:
+            case PublishState(task, "HELD") if task not in state.tasks or not state.tasks[task].hold.causes:
                 return None  # and went on in the same step
             case PublishState(task, status, code, reason):
                 return LineFact(at=at, text=f"{task} {self._status(task, status, code, reason, state)}", task=task)
@@ -41,7 +41,7 @@ class LineMaker(Struct):
     def _status(self, task: str, status: str, code: str, reason: str, state: EngineState) -> str:
         was, self.shown[task] = self.shown.get(task), status
         if status == "HELD":
-            return f"HELD ({', '.join(state.tasks[task].held)})"
+            return f"HELD ({', '.join(state.tasks[task].hold.causes)})"
         if was == "HELD" and status in ("ASSIGNED", "ACTIVE"):
             return "goes on"
         return f"{status}: {code} {reason}".rstrip() if code else status

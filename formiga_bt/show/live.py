@@ -90,9 +90,13 @@ class LivePrinter:
         table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")
         for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
             rows = [r for r in log.rows_of([task.id]) if r.state in DONE]
-            seconds = ((task.ended_at or log.state.now) - task.submitted_at) / 1e6
-            why = f"{task.status}: {task.code} {task.reason}".rstrip() if task.code else task.status
-            agents = ", ".join(task.granted)
+            seconds = ((task.times.ended_at or log.state.now) - task.times.submitted_at) / 1e6
+            why = (
+                f"{task.status}: {task.outcome.code} {task.outcome.reason}".rstrip()
+                if task.outcome.code
+                else task.status
+            )
+            agents = ", ".join(task.agents.granted)
             table.add_row(task.id, agents, str(len(rows)), f"{seconds:.0f} s", Text(why, STYLES.get(task.status, "")))
         self.console.print(table)
 
@@ -179,17 +183,17 @@ def _lockdown(state: EngineState) -> list[Text]:
 def _tasks(log: RunLog, now: Micros) -> Table:
     table = Table("task", "status", "now", "time", expand=True)
     for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
-        seconds = ((task.ended_at or now) - task.submitted_at) / 1e6
-        word = "HELD" if task.held and task.section != "done" else task.status
+        seconds = ((task.times.ended_at or now) - task.times.submitted_at) / 1e6
+        word = "HELD" if task.hold.causes and task.section != "done" else task.status
         table.add_row(task.id, Text(word, STYLES.get(word, "")), _doing(log, task), f"{seconds:.0f} s")
     return table
 
 
 def _doing(log: RunLog, task: TaskRecord) -> str:
     if task.section == "done":
-        return task.code
+        return task.outcome.code
     goals = [g for g in log.state.goals.values() if g.task == task.id and not g.ended]
-    words = [", ".join(task.held)] if task.held else []
+    words = [", ".join(task.hold.causes)] if task.hold.causes else []
     words += [f"{g.agent}.{g.action}{_waits(g) or _rest(g)}" for g in goals]
     return "; ".join(words) or task.section
 

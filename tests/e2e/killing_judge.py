@@ -92,12 +92,12 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
         wrong.append(f"formiga journal stats: {stats.stdout}{stats.stderr}")
     lost = [f"{task} was accepted and is not in the journal" for task in accepted if task not in state.tasks]
     bad = {task: why for task in state.tasks if (why := _bad_end(folder, task, state, accepted, notes))}
-    expired = [task for task in bad if _is_late(task, state.tasks[task].code, late)]
+    expired = [task for task in bad if _is_late(task, state.tasks[task].outcome.code, late)]
     bad = {task: why for task, why in bad.items() if task not in expired}
     verdict = Referee()
     crashes = verdict.verdict(tell_referee(folder / "sim", verdict)).crashes
     wrong += [*lost, *bad.values(), *(f"crash: {crash}" for crash in crashes)]
-    mine = [task for task in state.tasks if not state.tasks[task].system_agent]
+    mine = [task for task in state.tasks if not state.tasks[task].system.agent]
     begun = Counter((note.agent, note.goal) for note in notes if note.state == "begun")
     return Finding(
         accepted=len({*mine, *accepted}),
@@ -155,14 +155,14 @@ def _bad_end(
 ) -> str:
     """Return what is wrong with how a task ended; "" if nothing is."""
     task = state.tasks[task_id]
-    if task.system_agent:
-        return f"{task_id}: a machine had to be brought home: {task.reason}"
+    if task.system.agent:
+        return f"{task_id}: a machine had to be brought home: {task.outcome.reason}"
     ends = {ENDS.get(task.name, "SUCCEEDED")}
     asked = accepted.get(task_id)
     if task.name in ENDS and (asked is None or asked.aborted is not True):
         ends.add("SUCCEEDED")  # nobody knows whether its abort was heard
     if task.status not in ends:
-        return f"{task_id} ended {task.status} {task.code}: {task.reason}"
+        return f"{task_id} ended {task.status} {task.outcome.code}: {task.outcome.reason}"
     flown = {
         _place(leg_of(note.goal))
         for note in notes

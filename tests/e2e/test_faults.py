@@ -29,7 +29,7 @@ def test_a_drone_killed_in_flight_is_quarantined_and_flown_home_when_it_is_back(
     killed = time.monotonic()
     rig.wait(lambda: rig.ended([task]), within_s=12.0, what="the task ended within lost_after + 10 s")
     assert time.monotonic() - killed > 1.0  # not before it was lost
-    assert (rig.task(task).status, rig.task(task).code) == ("FAILED", "agent_lost")
+    assert (rig.task(task).status, rig.task(task).outcome.code) == ("FAILED", "agent_lost")
     assert (rig.agent(goal.agent).pool, rig.agent(goal.agent).quarantine) == ("QUARANTINED", "lost")
     assert rig.texts("may be airborne and is out of control: lost")
     rig.wait(lambda: rig.ended([other]), what="the other task goes on")
@@ -43,7 +43,7 @@ def test_a_drone_killed_in_flight_is_quarantined_and_flown_home_when_it_is_back(
     assert rig.high(goal.agent, 40.0)
     rig.wait(lambda: rig.ended(["Recover-3"]), what="home")
     assert rig.task("Recover-3").status == "SUCCEEDED"
-    assert rig.task("Recover-3").system_agent == goal.agent
+    assert rig.task("Recover-3").system.agent == goal.agent
     assert rig.at_rest(DRONES)
     assert rig.verdict().is_clean
 
@@ -76,7 +76,7 @@ def test_a_drone_restarted_before_it_is_lost_fails_its_task_in_doubt_and_is_reco
     rig.fleet.restart(goal.agent)
     rig.wait(lambda: rig.agent(goal.agent).boot_id != boot, what="it is back")
     rig.wait(lambda: rig.ended([task]), what="the task brought it home")
-    assert (rig.task(task).status, rig.task(task).code) == ("FAILED", "in_doubt")
+    assert (rig.task(task).status, rig.task(task).outcome.code) == ("FAILED", "in_doubt")
     assert rig.agent(goal.agent).quarantine == ""
     assert rig.at_rest(DRONES)
     assert list(rig.log.state.tasks) == [task]  # no system task was needed

@@ -38,7 +38,7 @@ def test_a_pick_up_aborted_in_flight_brings_its_drone_home(fly: Fly) -> None:
     rig.abort(task)
     rig.wait(lambda: rig.ended([task]), what="aborted")
 
-    assert (rig.task(task).status, rig.task(task).code) == ("CANCELED", "aborted")
+    assert (rig.task(task).status, rig.task(task).outcome.code) == ("CANCELED", "aborted")
     canceled = next(row for row in rig.log.actions if row.goal == goal.id)
     assert canceled.state == "canceled"  # the agent's word: nothing else ends it so within the grace
     home = [row.action for row in rig.log.rows_of([task]) if row.start >= (canceled.end or 0)]

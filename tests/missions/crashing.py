@@ -167,7 +167,10 @@ class Crashing:
     def story(self) -> str:
         """Return how it stands, for the message of a failed test."""
         state = self.flight.engine.state
-        lines = [f"{t.id} {t.status} {t.section} held={t.held} {t.code} {t.reason}" for t in state.tasks.values()]
+        lines = [
+            f"{t.id} {t.status} {t.section} held={t.hold.causes} {t.outcome.code} {t.outcome.reason}"
+            for t in state.tasks.values()
+        ]
         lines += [f"{a.id} {a.liveness} {a.pool} {a.landed} {a.control} goal={a.goal}" for a in state.agents.values()]
         lines += [f"{g.id} {g.state} {g.code} {g.text}" for g in state.goals.values()]
         return "\n".join([*lines, repr(state.resume), *self.alarms()[-5:]])

@@ -29,4 +29,4 @@ def test_a_goal_refused_as_of_an_old_epoch_goes_again_and_its_refusal_is_heard(f
 
     assert rehearsal.engine.state.goals == {}
     assert rehearsal.run_until_ended(task, limit_s=60)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "rejected")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "rejected")

@@ -42,7 +42,9 @@ def test_every_drone_stands_at_home_and_nothing_crashed(day: VirtualRun) -> None
 
 def test_every_task_ended_for_the_reason_it_was_given(day: VirtualRun) -> None:
     ended = {
-        task.id: (task.status, task.code) for task in day.rehearsal.engine.state.tasks.values() if not task.system_agent
+        task.id: (task.status, task.outcome.code)
+        for task in day.rehearsal.engine.state.tasks.values()
+        if not task.system.agent
     }
     assert ended == {
         "PickUp-1": ("SUCCEEDED", ""),  # taken over, handed back, continued

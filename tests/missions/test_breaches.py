@@ -19,7 +19,7 @@ def test_a_machine_whose_charge_drops_comes_home_at_once_and_its_task_ends(fly: 
     rehearsal.run_for(1)
 
     record = rehearsal.task(task)
-    assert (record.outcome, record.code) == ("FAILED", "envelope.reserve")
+    assert (record.outcome.status, record.outcome.code) == ("FAILED", "envelope.reserve")
     assert rehearsal.run_until_ended(task, limit_s=600)
     assert pool(rehearsal) == ("STANDBY", "grounded")
     assert "envelope.reserve" in alarms(rehearsal)
@@ -37,9 +37,9 @@ def test_a_landing_is_finished_before_the_task_ends(fly: Fly) -> None:
     rehearsal.sim["hwd_1"].drone.set_battery(20.0)
     rehearsal.run_for(1)
 
-    assert rehearsal.task(task).outcome == ""
+    assert rehearsal.task(task).outcome.status == ""
     assert rehearsal.run_until_ended(task, limit_s=600)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "envelope.reserve")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "envelope.reserve")
     assert drone.position().up_m == 0.0
     assert pool(rehearsal) == ("PARKED_AWAY", "grounded")
 
@@ -51,9 +51,9 @@ def test_a_machine_that_does_not_get_on_is_called_home(fly: Fly) -> None:
     rehearsal.run_for(1)
     drone._stand_still()  # it hovers, and still says that its goal runs
 
-    assert rehearsal.run_until(lambda: rehearsal.task(task).outcome != "", 900)
+    assert rehearsal.run_until(lambda: rehearsal.task(task).outcome.status != "", 900)
 
-    assert rehearsal.task(task).code == "envelope.progress"
+    assert rehearsal.task(task).outcome.code == "envelope.progress"
     alarm = next(a for a in effects(rehearsal, Alarm) if a.code == "envelope.progress")
     assert alarm.text.startswith("hwd_1: GoTo should take about 22 s and runs for ")
     assert rehearsal.run_until_ended(task, limit_s=600)

@@ -36,7 +36,7 @@ def test_wait_is_asked_again_after_half_a_minute(fly: Fly) -> None:
     task = move(rehearsal)
     rehearsal.run_for(50)
     assert len(rehearsal.sim["watcher_1"].person.asked) == 2
-    assert rehearsal.task(task).held == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
 
     assert rehearsal.run_until_ended(task)
     assert rehearsal.task(task).status == "SUCCEEDED"
@@ -49,7 +49,7 @@ def test_a_refusal_ends_a_grounded_task_at_once(fly: Fly) -> None:
     task = move(rehearsal)
     rehearsal.run_for(10)
 
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "no_clearance")
     assert rehearsal.engine.state.agents["lwd_1"].pool == "PARKED_AWAY"
     assert {"no_clearance", "parked_away"} <= set(alarms(rehearsal))
     assert starts(rehearsal) == []
@@ -64,7 +64,7 @@ def test_without_a_word_in_five_minutes_a_grounded_drone_stays(fly: Fly, script:
     assert rehearsal.task(task).status == "ACTIVE"
     rehearsal.run_for(2)
 
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "no_clearance")
     assert rehearsal.engine.state.agents["lwd_1"].pool == "PARKED_AWAY"
     assert rehearsal.engine.state.questions == {}
 
@@ -76,14 +76,14 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
     task = pick_up(rehearsal)
     rehearsal.run_for(600)
     assert rehearsal.task(task).status == "ACTIVE"
-    assert rehearsal.task(task).held == ("clearance:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("clearance:hwd_1",)
     asked = next(q for q in rehearsal.engine.state.questions.values() if q.kind == "clearance")
     patience = rehearsal.engine.state.deadlines[ClearanceDue("hwd_1")]
     assert asked.expires_at == patience.at  # what people's apps count down to
 
     assert rehearsal.run_until_ended(task)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
-    assert rehearsal.task(task).reason == "nobody said that people stand clear before its reserve was near"
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "no_clearance")
+    assert rehearsal.task(task).outcome.reason == "nobody said that people stand clear before its reserve was near"
     drone = rehearsal.engine.state.agents["hwd_1"]
     assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
     assert drone.battery is not None
@@ -140,7 +140,7 @@ steps:
     task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
     rehearsal.run_for(41)
 
-    assert rehearsal.task(task).code == "timeout"
+    assert rehearsal.task(task).outcome.code == "timeout"
     assert rehearsal.engine.state.clearances == {}
     assert rehearsal.engine.state.questions == {}
 
@@ -175,7 +175,7 @@ def test_nobody_is_asked_again_and_again_while_the_way_down_is_taken(fly: Fly) -
     assert [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"] == [
         ("leg_busy", "lwd_1")
     ]
-    assert (rehearsal.task(task).held, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
+    assert (rehearsal.task(task).hold.causes, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
 
     rehearsal.ask(Operator("continue", "lwd_1"))
 
@@ -188,7 +188,7 @@ def landing_is_asked(fly: Fly) -> tuple[Rehearsal, str]:
     """PickUp hovers over the field, and nobody says whether people stand clear."""
     rehearsal = fly(scripts=dict.fromkeys(("picker_1", "picker_2", "watcher_1"), NEVER))
     task = pick_up(rehearsal)
-    assert rehearsal.run_until(lambda: rehearsal.task(task).held == ("clearance:hwd_1",), 300)
+    assert rehearsal.run_until(lambda: rehearsal.task(task).hold.causes == ("clearance:hwd_1",), 300)
     assert [q.kind for q in rehearsal.engine.state.questions.values()] == ["clearance"]
     return rehearsal, task
 
@@ -209,7 +209,7 @@ def test_one_that_has_landed_is_not_asked_for_any_more(fly: Fly, how: str) -> No
 
     assert rehearsal.engine.state.questions == {}
     assert rehearsal.engine.state.clearances == {}
-    assert "clearance:hwd_1" not in rehearsal.task(task).held
+    assert "clearance:hwd_1" not in rehearsal.task(task).hold.causes
 
 
 def test_one_that_its_pilot_has_flown_elsewhere_is_not_asked_for_there_any_more(fly: Fly) -> None:
@@ -266,7 +266,7 @@ def test_a_drone_lost_while_it_waits_for_a_word_withdraws_the_question(fly: Fly)
     rehearsal.sim.kill("lwd_1")
     rehearsal.run_for(60)
 
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "agent_lost")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "agent_lost")
     assert rehearsal.engine.state.questions == {}
     assert rehearsal.engine.state.clearances == {}
 
@@ -298,14 +298,14 @@ def test_a_machine_that_is_carried_to_its_port_waits_for_no_word_any_more(fly: F
     rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
     task = move(rehearsal)
     rehearsal.run_for(10)
-    assert rehearsal.task(task).held == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
 
     site = rehearsal.engine.core.site
     rehearsal.sim["lwd_1"].drone.carry(site.ports[site.agents["lwd_1"].home].at)
     rehearsal.run_for(15)
 
     assert len(starts(rehearsal)) == 1
-    assert rehearsal.task(task).held == ()
+    assert rehearsal.task(task).hold.causes == ()
     assert rehearsal.engine.state.clearances == {}
     assert rehearsal.engine.state.questions == {}
     assert rehearsal.run_until_ended(task)
@@ -318,7 +318,7 @@ def test_without_anybody_to_ask_there_is_an_alarm(fly: Fly) -> None:
     task = move(rehearsal)
 
     assert rehearsal.run_until_ended(task, limit_s=400)
-    assert rehearsal.task(task).code == "no_clearance"
+    assert rehearsal.task(task).outcome.code == "no_clearance"
     assert starts(rehearsal) == []
 
 

@@ -24,7 +24,7 @@ def test_the_leg_after_a_start_that_did_not_come_about_never_leaves(fly: Fly) ->
     task = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
 
     assert rehearsal.run_until_ended(task, limit_s=120)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "failed:contradicted")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "failed:contradicted")
     assert [goal.action for goal in effects(rehearsal, SendGoal) if goal.agent == "lwd_1"] == ["TakeOff"]
     drone = rehearsal.engine.state.agents["lwd_1"]
     assert (drone.pool, drone.landed) == ("STANDBY", "grounded")

@@ -33,7 +33,7 @@ def test_an_abort_in_flight_cancels_waits_and_flies_home(fly: Fly) -> None:
     assert len(effects(rehearsal, CancelGoal)) == 1
     assert rehearsal.run_until_ended(task, limit_s=600)
     record = rehearsal.task(task)
-    assert (record.status, record.code, record.reason) == ("CANCELED", "aborted", "by ann")
+    assert (record.status, record.outcome.code, record.outcome.reason) == ("CANCELED", "aborted", "by ann")
     assert pool(rehearsal) == ("STANDBY", "grounded")
     home = [g.goal_id for g in effects(rehearsal, SendGoal) if "/recover:" in g.goal_id]
     assert [goal.split("/")[2] for goal in home] == ["recover:hwd_1#1"] * 3
@@ -121,7 +121,7 @@ def test_a_drone_restarted_before_it_is_lost_is_in_doubt_and_recovered_by_its_ta
     rehearsal.sim.restart("hwd_1")
 
     assert rehearsal.run_until_ended(task)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "in_doubt")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "in_doubt")
     assert pool(rehearsal) == ("STANDBY", "grounded")
     assert len(rehearsal.engine.state.tasks) == 1
 
@@ -146,7 +146,7 @@ def test_a_drone_frozen_until_it_is_lost_comes_back_by_a_system_task(fly: Fly) -
 
     rehearsal.sim.freeze("hwd_1")
     rehearsal.run_for(60)
-    assert rehearsal.task(task).code == "agent_lost"
+    assert rehearsal.task(task).outcome.code == "agent_lost"
     rehearsal.sim.thaw("hwd_1")
 
     rehearsal.run_for(2)
@@ -233,7 +233,7 @@ def test_a_pilot_takes_over_and_hands_back(fly: Fly) -> None:
     rehearsal.sim.take_over("hwd_1")
     rehearsal.run_for(1)
 
-    assert rehearsal.task(task).held == ("take-over:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("take-over:hwd_1",)
     assert "taken_over" in alarms(rehearsal)
     sent = len(effects(rehearsal, SendGoal))
     with pytest.raises(TaskError) as caught:
@@ -243,12 +243,12 @@ def test_a_pilot_takes_over_and_hands_back(fly: Fly) -> None:
     rehearsal.sim.hand_back("hwd_1")
     rehearsal.run_for(60)
     assert len(effects(rehearsal, SendGoal)) == sent  # only a person hands back
-    assert rehearsal.task(task).held == ("take-over:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("take-over:hwd_1",)
 
     rehearsal.ask(Operator("handback_end", "hwd_1"))
 
     assert rehearsal.run_until_ended(task)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "taken_over")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "taken_over")
     assert pool(rehearsal) == ("STANDBY", "grounded")
 
 
@@ -279,7 +279,7 @@ def test_a_take_over_during_a_cancel_leaves_the_drain_set(fly: Fly) -> None:
     rehearsal.sim.take_over("hwd_1")
     rehearsal.run_for(1)
 
-    assert rehearsal.task(task).drain == ()
+    assert rehearsal.task(task).ending.drain == ()
     assert rehearsal.task(task).section == "recover"
     rehearsal.sim.hand_back("hwd_1")
     rehearsal.run_for(1)
@@ -296,7 +296,7 @@ def test_an_idle_drone_that_a_pilot_has_is_not_granted(fly: Fly) -> None:
     task = pick_up(rehearsal)
     rehearsal.run_for(1)
 
-    assert rehearsal.task(task).roles["drone"] == ("hwd_2",)
+    assert rehearsal.task(task).agents.roles["drone"] == ("hwd_2",)
     codes = {v.agent: v.code for v in rehearsal.engine.state.explanations[task] if v.role == "drone"}
     assert codes["hwd_1"] == "control"
     assert rehearsal.run_until_ended(task)

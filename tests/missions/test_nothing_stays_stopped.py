@@ -53,11 +53,11 @@ def test_a_task_stays_held_for_the_machine_that_nobody_continued(fly: Fly) -> No
     rehearsal.ask(LockdownOrder("release", "ann"))
     order(rehearsal, "hold", "lwd_1")
     assert rehearsal.run_until(lambda: standing(rehearsal) is None, 300)
-    assert rehearsal.task(task).held == ("operator", "operator:lwd_1")
+    assert rehearsal.task(task).hold.causes == ("operator", "operator:lwd_1")
 
     order(rehearsal, "continue", "lwd_1")
 
-    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
     assert refused(rehearsal, "continue", "hwd_1")[0] == "cannot_continue"
     assert order(rehearsal, "restart", task) == Done()
     assert rehearsal.run_until_ended(task, limit_s=1800)
@@ -103,5 +103,5 @@ def test_a_goal_that_no_order_replaced_fails_its_step(fly: Fly) -> None:
     rehearsal.driver.feed(GoalEventInput(GoalEvent(goal_id=goal, agent="hwd_1", state="superseded", n=99)))
 
     assert goal not in rehearsal.engine.state.goals
-    assert rehearsal.task(task).code == "failed:superseded"
+    assert rehearsal.task(task).outcome.code == "failed:superseded"
     assert rehearsal.run_until_ended(task, limit_s=600)

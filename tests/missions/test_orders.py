@@ -47,7 +47,7 @@ def test_hold_hovers_and_continue_sends_the_leg_anew_under_another_id(fly: Fly) 
     rehearsal.run_for(60)
 
     assert rehearsal.sim["hwd_1"].body.position() == here
-    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
     assert standing(rehearsal) == ("hold", "done")
     assert sent(rehearsal)[-1] == leg
 
@@ -99,7 +99,7 @@ def test_one_that_hovers_too_long_comes_home_by_itself(fly: Fly) -> None:
 
     assert "hold_over" in alarms(rehearsal)
     assert rehearsal.sim["hwd_1"].body.battery() > 25
-    assert rehearsal.task(task).held == ("operator",)
+    assert rehearsal.task(task).hold.causes == ("operator",)
     code, text = refused(rehearsal, "continue", task)
     assert code == "cannot_continue"
     assert text == (
@@ -122,7 +122,7 @@ def test_return_flies_home_at_once_and_the_task_waits(fly: Fly) -> None:
     assert [g.action for g in home] == ["GoTo", "GoTo", "LandIn"]
     assert all(g.safety for g in home)
     assert rehearsal.task(task).status == "ACTIVE"
-    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
     assert standing(rehearsal) == ("return", "done")
     assert pool(rehearsal)[0] != "STANDBY"  # it stays its task's
 
@@ -132,7 +132,7 @@ def test_return_flies_home_at_once_and_the_task_waits(fly: Fly) -> None:
     assert rehearsal.run_until_ended(task)
     record = rehearsal.task(task)
     assert (record.status, record.run) == ("SUCCEEDED", 2)
-    assert any("/2/steps" in goal for goal in sent(rehearsal, record.granted[0]))
+    assert any("/2/steps" in goal for goal in sent(rehearsal, record.agents.granted[0]))
 
 
 def test_land_comes_down_here_and_parks_away(fly: Fly) -> None:
@@ -272,11 +272,11 @@ def test_a_person_hands_back_in_three_ways(fly: Fly, how: str) -> None:
 
     if how == "return":
         assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
-        assert rehearsal.task(task).held == ("operator:hwd_1",)
+        assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
         rehearsal.abort(task)
     assert rehearsal.run_until_ended(task)
     expected = {"continue": ("SUCCEEDED", ""), "return": ("CANCELED", "aborted"), "end": ("FAILED", "taken_over")}
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == expected[how]
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == expected[how]
 
 
 def test_lockdown_returns_all_and_release_leaves_stopped_tasks_to_a_person(fly: Fly) -> None:
@@ -288,13 +288,13 @@ def test_lockdown_returns_all_and_release_leaves_stopped_tasks_to_a_person(fly: 
     assert caught.value.code == "lockdown"
     assert rehearsal.run_until(lambda: not airborne(rehearsal), 600)
     rehearsal.run_for(5)
-    assert rehearsal.task(task).held == ("lockdown",)
+    assert rehearsal.task(task).hold.causes == ("lockdown",)
     assert refused(rehearsal, "continue", task)[0] == "lockdown"
 
     rehearsal.ask(LockdownOrder("release", "ann"))
     rehearsal.run_for(30)
 
-    assert rehearsal.task(task).held == ("operator",)
+    assert rehearsal.task(task).hold.causes == ("operator",)
     assert rehearsal.engine.state.orders == {}
     order(rehearsal, "restart", task)
     assert rehearsal.run_until_ended(task)
@@ -360,7 +360,7 @@ steps:
     rehearsal.run_for(5)
     order(rehearsal, "hold", task)
     rehearsal.run_for(5)
-    drone = rehearsal.task(task).roles["drone"][0]
+    drone = rehearsal.task(task).agents.roles["drone"][0]
 
     assert refused(rehearsal, "continue", task) == (
         "cannot_continue",
@@ -395,9 +395,9 @@ def test_a_finally_that_an_order_stopped_goes_on_when_its_task_is_ended(fly: Fly
     """It waits for nobody's word then; what it cannot do any more ends."""
     rehearsal = fly(task_of(TIDY, *packaged_world(), "Tidy"))
     task = rehearsal.submit("Tidy")
-    assert rehearsal.run_until(lambda: bool(rehearsal.task(task).cleanups), 600)
+    assert rehearsal.run_until(lambda: bool(rehearsal.task(task).ending.cleanups), 600)
     rehearsal.run_for(2)
-    (drone,) = rehearsal.task(task).roles["drone"]
+    (drone,) = rehearsal.task(task).agents.roles["drone"]
     if stop == "lockdown":
         rehearsal.ask(LockdownOrder("land", "ann"))
         rehearsal.run_for(60)
@@ -464,7 +464,7 @@ def test_a_handback_that_is_refused_changes_nothing(fly: Fly) -> None:
     assert refused(rehearsal, "handback_return", "hwd_1") == ("cut", "the motors of hwd_1 were ordered to be cut")
 
     assert rehearsal.engine.state.agents["hwd_1"].taken
-    assert any(cause.startswith("take-over:") for cause in rehearsal.task(task).held)
+    assert any(cause.startswith("take-over:") for cause in rehearsal.task(task).hold.causes)
 
 
 @pytest.mark.parametrize("word", ["return", "land", "continue"])
@@ -504,10 +504,10 @@ def test_a_take_off_that_was_held_goes_on_in_the_air(fly: Fly) -> None:
     second = rehearsal.submit("MoveTask", {})
     assert rehearsal.run_until_ended(task, second)
 
-    third = rehearsal.submit("PickUp", rehearsal.task(task).params)
+    third = rehearsal.submit("PickUp", rehearsal.task(task).request.params)
     assert rehearsal.run_until(lambda: any(a.action == "TakeOff" for a in rehearsal.engine.state.agents.values()), 60)
     rehearsal.run_for(10)
-    drone = rehearsal.task(third).roles["drone"][0]
+    drone = rehearsal.task(third).agents.roles["drone"][0]
     order(rehearsal, "hold", third)
     rehearsal.run_for(10)
     order(rehearsal, "continue", third)
@@ -591,7 +591,7 @@ def test_continue_for_all_leaves_the_task_of_one_that_is_brought_home_held(fly: 
     order(rehearsal, "continue")
 
     assert standing(rehearsal) == ("return", "open")
-    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
     order(rehearsal, "continue", "hwd_2") if standing(rehearsal, "hwd_2") else None
     rehearsal.abort(task)
     assert rehearsal.run_until_ended(task, limit_s=600)

@@ -111,5 +111,5 @@ def test_without_a_free_port_there_is_an_alarm_each_minute_until_its_step_fails(
     assert 3 <= alarms(rehearsal).count("no_free_port") <= 5
     assert rehearsal.task(task).section == "steps"
     assert rehearsal.run_until(lambda: rehearsal.task(task).section != "steps", 7200)
-    assert rehearsal.task(task).code == "port_busy"
+    assert rehearsal.task(task).outcome.code == "port_busy"
     assert (rehearsal.engine.state.agents["hwd_1"].battery or 0.0) > 25.0

@@ -55,9 +55,9 @@ def test_the_drone_comes_home_flies_to_the_alarm_and_then_its_first_mission_from
 
     assert rehearsal.run_until_ended(mine, urgent, limit_s=3600)
     assert [rehearsal.task(t).status for t in (mine, urgent)] == ["SUCCEEDED", "SUCCEEDED"]
-    assert (rehearsal.task(mine).run, rehearsal.task(mine).past) == (2, (f"run 1: preempted for {urgent}",))
+    assert (rehearsal.task(mine).run, rehearsal.task(mine).restart.past) == (2, (f"run 1: preempted for {urgent}",))
     assert flown_by(rehearsal, HEAVY[0]) == [f"{mine}/1", f"{urgent}/1", f"{mine}/2"]
-    assert (rehearsal.task(urgent).ended_at or 0) <= (rehearsal.task(mine).active_at or 0)
+    assert (rehearsal.task(urgent).times.ended_at or 0) <= (rehearsal.task(mine).times.active_at or 0)
 
 
 def test_what_is_critical_is_done_first(fly: Fly) -> None:
@@ -67,7 +67,7 @@ def test_what_is_critical_is_done_first(fly: Fly) -> None:
     began = rehearsal.now
 
     urgent = alarm(rehearsal)
-    rehearsal.run_until(lambda: rehearsal.task(mine).again, limit_s=600)
+    rehearsal.run_until(lambda: rehearsal.task(mine).restart.why, limit_s=600)
 
     assert 39 <= (rehearsal.now - began) / 1e6 <= 43
     assert rehearsal.run_until_ended(mine, urgent, limit_s=3600)
@@ -87,6 +87,6 @@ def test_a_drone_that_stands_in_the_field_is_no_help_and_is_left_there(fly: Fly)
     rehearsal.run_for(30)
 
     verdicts = {v.agent: v.code for v in rehearsal.engine.state.explanations[urgent] if v.role == "drone"}
-    assert (verdicts[HEAVY[0]], rehearsal.task(pick_up).again) == ("busy", "")
+    assert (verdicts[HEAVY[0]], rehearsal.task(pick_up).restart.why) == ("busy", "")
     assert rehearsal.run_until_ended(pick_up, urgent, limit_s=3600)
     assert rehearsal.task(pick_up).status == "SUCCEEDED"

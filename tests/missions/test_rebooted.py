@@ -167,7 +167,7 @@ def test_one_that_was_lost_and_is_there_again_is_not_sent_up_by_its_former_task(
     rehearsal.run_for(300)
 
     assert not rehearsal.sim["lwd_1"].drone.is_airborne
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "agent_lost")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "agent_lost")
     assert drone(rehearsal).rebooted
     with pytest.raises(TaskError, match="was not stopped"):
         order(rehearsal, "continue")
@@ -246,7 +246,7 @@ def test_the_engine_restarts_and_finds_it_at_home_with_a_new_process(
     flight.run_for(600)
 
     assert [one for one in flown.begun if one.agent == "lwd_1"] == []
-    assert flight.ended() or "resume" in next(t for t in flight.engine.state.tasks.values() if not t.ended).held
+    assert flight.ended() or "resume" in next(t for t in flight.engine.state.tasks.values() if not t.ended).hold.causes
     ends_well(flown)
 
 
@@ -278,7 +278,7 @@ def test_after_a_long_outage_what_stands_waits_for_a_word() -> None:
     flight.run_for(300)
 
     (task,) = [t for t in flight.engine.state.tasks.values() if not t.ended]
-    assert (task.system_agent, task.held) == ("lwd_1", ("resume",))
+    assert (task.system.agent, task.hold.causes) == ("lwd_1", ("resume",))
     assert [one for one in flown.begun if one.agent == "lwd_1"] == []
     assert "recover_slow" not in alarms(flight)
     order(flight, "continue", task.id)
@@ -324,7 +324,7 @@ def test_after_a_long_outage_one_that_rose_meanwhile_goes_on_home() -> None:
     flown.die()
     flown.resume(5, since=flight.now - 60 * SECOND)
     flight.run_for(3)
-    assert not any(task.held for task in flight.engine.state.tasks.values())
+    assert not any(task.hold.causes for task in flight.engine.state.tasks.values())
     assert flight.run_until(flight.ended, 600)
     assert (drone(flight).pool, drone(flight).landed) == ("STANDBY", "grounded")
     ends_well(flown)
@@ -441,7 +441,7 @@ def test_each_way_out_that_why_names_for_a_way_home_works_though_its_task_cannot
     flown, task = landed_away()
     flight = flown.flight
     home = flight.engine.state.orders["lwd_2"].task
-    assert "resume" in flight.task(home).held
+    assert "resume" in flight.task(home).hold.causes
     with pytest.raises(TaskError) as refused:
         order(flight, "continue", "lwd_2")  # that would be a word for its task
     assert refused.value.code == "cannot_continue"
@@ -474,7 +474,7 @@ def test_a_task_that_gives_a_machine_back_goes_on_when_the_last_goal_of_an_order
     rehearsal.run_for(10)
     assert asked(rehearsal) == 1
     rehearsal.ask(Abort(task, "", "watcher_1"))
-    assert list(rehearsal.task(task).releasing) == ["lwd_1"]
+    assert list(rehearsal.task(task).agents.releasing) == ["lwd_1"]
 
     order(rehearsal, "continue")  # its order ends, and with it the goal that waited
 

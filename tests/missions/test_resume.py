@@ -49,14 +49,14 @@ class Plain:
         before = len(flown.seen)
         assert flown.run()
         self.steps = len(flown.seen) - before
-        self.status, self.code = flown.flight.task(self.task).status, flown.flight.task(self.task).code
+        self.status, self.code = flown.flight.task(self.task).status, flown.flight.task(self.task).outcome.code
         self.legs = flown.legs()
         self.rounds = flown.again_begun()
 
     def compare(self, flown: Crashing) -> None:
         """Check that another flight came to the same, and flew the same."""
         task = flown.flight.task(self.task)
-        assert (task.status, task.code) == (self.status, self.code), flown.story()
+        assert (task.status, task.outcome.code) == (self.status, self.code), flown.story()
         assert flown.twice() == []
         assert set(flown.again_begun()) <= set(self.rounds)
         for agent in () if self.name == ROUNDS else {agent for agent, _, _ in self.legs}:
@@ -114,7 +114,7 @@ def test_over_a_bad_wire_too_no_goal_is_begun_twice_and_all_ends(data: st.DataOb
             break
         flown.resume(away_s=data.draw(st.floats(0.0, 3.0)))
     flown.flight.driver._persist = None
-    if flown.flight.run_until(lambda: "resume" in flown.flight.task(id_).held, limit_s=60):
+    if flown.flight.run_until(lambda: "resume" in flown.flight.task(id_).hold.causes, limit_s=60):
         flown.flight.ask(Operator("continue", id_, "watcher_1"))
     assert flown.run(), flown.story()
     assert flown.twice() == []

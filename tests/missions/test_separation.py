@@ -61,7 +61,7 @@ def test_nobody_lands_on_a_drone_that_is_parked_there(fly: Fly) -> None:
 
     assert any(g.code == "spot_busy" and g.text == "lwd_9" for g in rehearsal.engine.state.goals.values())
     assert rehearsal.run_until_ended(task)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "spot_busy")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "spot_busy")
     drone = rehearsal.engine.state.agents["hwd_1"]
     assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
     assert (drone.battery or 0.0) > 25.0
@@ -84,7 +84,7 @@ def test_the_whole_way_of_a_lost_drone_stays_reserved_for_it_may_have_gone_on(fl
     rehearsal.run_for(24)
     rehearsal.sim.freeze("hwd_1")  # its body flies on, and hovers over the field
     rehearsal.run_for(60)
-    assert rehearsal.task(lost).code == "agent_lost"
+    assert rehearsal.task(lost).outcome.code == "agent_lost"
 
     task = pick_up(rehearsal)
     rehearsal.run_for(200)

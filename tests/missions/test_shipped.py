@@ -56,7 +56,7 @@ def test_pick_up_ends_failed_with_the_drone_home_when_nobody_ever_says_loaded(fl
     task = pick_up(rehearsal)
 
     assert rehearsal.run_until_ended(task, limit_s=7200)
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "expect")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "expect")
     # On the ground away from its port: recover brings no such machine home, and it is told.
     assert rehearsal.engine.state.agents["hwd_1"].pool == "PARKED_AWAY"
 
@@ -78,7 +78,7 @@ def test_move_task_fetches_a_drone_that_stands_away_from_its_port_after_a_watche
     task = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
 
     rehearsal.run_for(2)
-    assert rehearsal.task(task).held == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
     assert effects(rehearsal, PublishState)[-1].status == "HELD"
     assert rehearsal.run_until_ended(task, limit_s=600)
     assert rehearsal.task(task).status == "SUCCEEDED"
@@ -113,7 +113,7 @@ def test_two_pick_ups_at_once_share_their_people(fly: Fly) -> None:
 
     assert rehearsal.run_until(one_each)
     assert {rehearsal.task(t).status for t in (first, second)} == {"SUCCEEDED"}
-    assert rehearsal.task(first).granted[0] != rehearsal.task(second).granted[0]
+    assert rehearsal.task(first).agents.granted[0] != rehearsal.task(second).agents.granted[0]
 
 
 def test_two_pick_ups_and_a_move_at_one_place_end_without_a_crash(fly: Fly) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator, SendGoal
@@ -144,7 +145,7 @@ def test_a_second_hold_before_it_has_stopped_takes_the_continue_back(watched: Ca
     rehearsal.run_for(30)
 
     assert len(flown(rehearsal)) == 1
-    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
     order(rehearsal, "continue")
     assert rehearsal.run_until_ended(task)
 
@@ -288,7 +289,7 @@ steps:
     task = rehearsal.submit("Survey")
     assert rehearsal.run_until(lambda: any(a.action == "Explore" for a in rehearsal.engine.state.agents.values()), 600)
     rehearsal.run_for(5)
-    drone = rehearsal.task(task).granted[0]
+    drone = rehearsal.task(task).agents.granted[0]
     order(rehearsal, "hold", drone)
     with pytest.raises(TaskError, match=f"Explore of {drone} may not be done a second time"):
         order(rehearsal, "continue", drone)
@@ -317,5 +318,5 @@ def test_a_copy_of_the_state_may_have_forgotten_requested_tasks(fly: Fly) -> Non
     rehearsal = fly()
     task = pick_up(rehearsal)
     record = rehearsal.engine.state.tasks[task]
-    parent = type(record)(id="A-1", name="A", order=1, bundle="", children=("Gone-2", task))
+    parent = replace(record, id="A-1", family=replace(record.family, children=("Gone-2", task)))
     assert family({"A-1": parent, task: record}, "A-1") == ("A-1",)

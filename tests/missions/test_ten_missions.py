@@ -70,7 +70,7 @@ def stands(rehearsal: Rehearsal, agent: str) -> Position:
 class TestCircle:
     def test_it_is_closed_and_level_with_the_radius_of_the_text(self, fly: Fly) -> None:
         rehearsal, task = flown(fly, "circle", {})
-        drone = rehearsal.task(task).granted[0]
+        drone = rehearsal.task(task).agents.granted[0]
         ring = points(sent(rehearsal, drone, "GoTo"))[3:-3]
 
         assert len(ring) == 37
@@ -82,7 +82,7 @@ class TestCircle:
 
     def test_it_goes_back_to_the_centre_then_home(self, fly: Fly) -> None:
         rehearsal, task = flown(fly, "circle", {"center": FIELD, "radius": 8.0, "altitude": 30.0})
-        drone = rehearsal.task(task).granted[0]
+        drone = rehearsal.task(task).agents.granted[0]
         home = SITE.ports[SITE.agents[drone].home].at
 
         back = points(sent(rehearsal, drone, "GoTo"))[-3]
@@ -113,13 +113,13 @@ class TestTriangle:
     def test_no_two_cross_at_one_height(self, fly: Fly) -> None:
         rehearsal, task = flown(fly, "triangle", {"corner": FIELD})
 
-        across = [points(sent(rehearsal, drone, "GoTo"))[1].up_m for drone in rehearsal.task(task).granted]
+        across = [points(sent(rehearsal, drone, "GoTo"))[1].up_m for drone in rehearsal.task(task).agents.granted]
         assert len(set(across)) == 3
 
 
 def sorted_by_corner(rehearsal: Rehearsal, task: str) -> list[str]:
     """Return the drones in the order of the spots: each was assigned to one of them."""
-    return sorted(rehearsal.task(task).granted, key=lambda d: (stands(rehearsal, d).east_m > FIELD.east_m + 5,
+    return sorted(rehearsal.task(task).agents.granted, key=lambda d: (stands(rehearsal, d).east_m > FIELD.east_m + 5,
                                                                stands(rehearsal, d).north_m > FIELD.north_m + 5))  # fmt: skip
 
 
@@ -127,7 +127,7 @@ class TestZigZag:
     def test_it_swings_to_both_sides_and_ends_exactly_at_the_end(self, fly: Fly) -> None:
         start, end = FIELD, SITE.places["west_field"]
         rehearsal, task = flown(fly, "zig_zag", {"start": start, "end": end})
-        drone = rehearsal.task(task).granted[0]
+        drone = rehearsal.task(task).agents.granted[0]
         way = points(sent(rehearsal, drone, "GoTo"))[3:]
         length = horizontal_m(start, end)
         east, north = (end.east_m - start.east_m) / length, (end.north_m - start.north_m) / length
@@ -173,7 +173,7 @@ class TestDelivery:
         questions = rehearsal.engine.state.questions
 
         assert rehearsal.run_until(lambda: any(q.kind == "ask" for q in questions.values()))
-        drones = [rehearsal.engine.state.agents[a] for a in rehearsal.task(id_).granted if a.startswith("lwd")]
+        drones = [rehearsal.engine.state.agents[a] for a in rehearsal.task(id_).agents.granted if a.startswith("lwd")]
         assert [d.landed for d in drones] == ["grounded", "grounded"]
         assert abs(horizontal_m(*(stands(rehearsal, d.id) for d in drones)) - 5.0) < 0.1
         assert rehearsal.run_until_ended(id_)
@@ -202,7 +202,7 @@ def test_drones_of_one_task_cross_at_different_layers_though_others_are_fewer_th
     task = rehearsal.submit("PatrolAndEscort", {"target": SITE.places["west_field"]})
 
     rehearsal.run_for(1)
-    drones = [rehearsal.engine.state.agents[agent] for agent in rehearsal.task(task).granted]
+    drones = [rehearsal.engine.state.agents[agent] for agent in rehearsal.task(task).agents.granted]
     assert len({drone.layer_m for drone in drones}) == 2
     assert rehearsal.run_until_ended()
 

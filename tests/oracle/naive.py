@@ -819,12 +819,12 @@ class NaiveTrees:
             return None
         status = view.status if view.ended else "PENDING"
         if step.save_as:
-            told = {"status": status, "reason": view.reason, "task_id": view.id}
+            told = {"status": status, "reason": view.outcome.reason, "task_id": view.id}
             host.set_var(at.scope, step.save_as, told)
         if status in ("SUCCEEDED", "PENDING"):
             return Done()
         word = status.lower()
-        return failed(at, f"request:{view.code or word}", f"{view.id}: {view.reason or word}")
+        return failed(at, f"request:{view.outcome.code or word}", f"{view.id}: {view.outcome.reason or word}")
 
     # -- agents of a block -----------------------------------------------------------------------------------------------
     def _with_agents(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:

@@ -478,7 +478,7 @@ def test_it_goes_as_the_rule_says(rule: str) -> None:
     for world in (ours, theirs, ticked):
         world.run(200.0)
     record = ours.engine.state.tasks["Edge-1"]
-    assert (record.status, record.code, told(ours)) == (status, code, texts), record
+    assert (record.status, record.outcome.code, told(ours)) == (status, code, texts), record
     assert_equal(ours, theirs, mission)
     assert ours.steps == ticked.steps
 

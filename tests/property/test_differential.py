@@ -75,7 +75,9 @@ def test_a_task_that_is_preempted_runs_as_in_the_naive_interpreter() -> None:
     for mission in map(urgent, missions(40, 500, tasks=2)):
         ours = fly(mission)
         assert_equal(ours, fly(mission, NaiveTrees), mission)
-        preempted += any(task.past or task.code == "preempted" for task in ours.engine.state.tasks.values())
+        preempted += any(
+            task.restart.past or task.outcome.code == "preempted" for task in ours.engine.state.tasks.values()
+        )
 
     assert preempted >= 5, f"only {preempted} missions have a preemption"
 

@@ -20,7 +20,7 @@ ENCODER = msgspec.json.Encoder()
 
 def sections(world: World, task: str) -> set[str]:
     """Return the sections of the nodes that run, each `finally` of a stopped sequence left out."""
-    tidied = [cleanup.path for cleanup in world.engine.state.tasks[task].cleanups if cleanup.state == "running"]
+    tidied = [cleanup.path for cleanup in world.engine.state.tasks[task].ending.cleanups if cleanup.state == "running"]
     keys = (key for key in world.engine.statuses(task) if not any(below(key, path) for path in tidied))
     return {key.split("/", 1)[0] for key in keys}
 
@@ -31,8 +31,8 @@ def below(key: str, path: str) -> bool:
 
 def only_its_section_runs(world: World, step: inp.EngineStep) -> None:
     for task in world.engine.state.tasks.values():
-        ways_home = {r.section for r in task.recovering if r.state == "running"}
-        may_run = set() if task.section == "recover" or task.stopping else {task.section}
+        ways_home = {r.section for r in task.agents.recovering if r.state == "running"}
+        may_run = set() if task.section == "recover" or task.ending.stopping else {task.section}
         assert sections(world, task.id) <= may_run | ways_home, (
             task,
             step.input,

@@ -138,7 +138,7 @@ def test_it_ends_as_it_must(name: str) -> None:
     for world in (ours, theirs, ticked):
         world.run(60.0)
     record = ours.engine.state.tasks["Subtle-1"]
-    assert (record.status, record.code) == (status, code), record
+    assert (record.status, record.outcome.code) == (status, code), record
     assert_equal(ours, theirs, mission)
     assert ours.steps == ticked.steps
 
@@ -152,7 +152,7 @@ def test_a_goal_that_is_stopped_in_the_step_that_sends_it_never_leaves() -> None
     sent = [e for s in world.steps for e in s.effects if isinstance(e, inp.SendGoal | inp.CancelGoal)]
     # The outer deadline was set first, so it fires first: the wait never ends and the goal is never ordered.
     assert sent == []
-    assert world.engine.state.tasks["Subtle-1"].code == "timeout"
+    assert world.engine.state.tasks["Subtle-1"].outcome.code == "timeout"
 
 
 def test_a_task_that_visits_too_many_nodes_in_one_step_fails() -> None:
@@ -161,4 +161,4 @@ def test_a_task_that_visits_too_many_nodes_in_one_step_fails() -> None:
     assert model is not None
     world = World([model], {}, [Event(1.0, "submit", "Subtle")])
     world.run(30.0)
-    assert world.engine.state.tasks["Subtle-1"].code == "runaway"
+    assert world.engine.state.tasks["Subtle-1"].outcome.code == "runaway"

@@ -72,5 +72,5 @@ def test_a_loop_that_waits_for_nothing_runs_away_and_fails_only_its_task(
     world = World([task], {}, [Event(1.0, "submit", "Wide")], trees=trees)
     world.run(30.0)
     record = world.engine.state.tasks["Wide-1"]
-    assert (record.status, record.code) == ("FAILED", "runaway")
+    assert (record.status, record.outcome.code) == ("FAILED", "runaway")
     assert not world.engine.state.memory.get("Wide-1")

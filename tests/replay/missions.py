@@ -295,7 +295,11 @@ def errand(flight: Rehearsal) -> None:
     mine = flight.submit("Errand", {"robot": AgentRef("lwd_1")})
     assert flight.run_until_ended()
     assert flight.task(mine).status == "SUCCEEDED"
-    assert [flight.task(one).status for one in flight.task(mine).children] == ["CANCELED", "SUCCEEDED", "CANCELED"]
+    assert [flight.task(one).status for one in flight.task(mine).family.children] == [
+        "CANCELED",
+        "SUCCEEDED",
+        "CANCELED",
+    ]
 
 
 def errand_held_and_aborted(flight: Rehearsal) -> None:

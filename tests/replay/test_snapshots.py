@@ -65,7 +65,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     kinds |= {LiveMem, GatherMem, LoopMem, ItemsMem, WithMem, RequestMem}
     assert kinds <= {type(mem) for mem in mems}
     drains = [
-        *(task.drain for task in tasks),
+        *(task.ending.drain for task in tasks),
         *(m.drain for m in mems if isinstance(m, TimeoutMem | LiveMem | GatherMem)),
     ]
     ends = {type(end) for drain in drains for end in drain}
@@ -77,10 +77,10 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     assert {"runs", "releases"} <= {mem.state for mem in mems if isinstance(mem, WithMem)}
     assert {"place", "fix", "drone"} <= {name for mem in mems if isinstance(mem, ItemsMem) for name in mem.items[0]}
     assert any(goal.state == "canceling" for state in states for goal in state.goals.values())
-    assert any(task.stopping for task in tasks)
-    assert any(task.releasing for task in tasks)
-    assert any(cause.startswith("take-over:") for task in tasks for cause in task.held)
-    assert {"running", "waiting"} <= {cleanup.state for task in tasks for cleanup in task.cleanups}
+    assert any(task.ending.stopping for task in tasks)
+    assert any(task.agents.releasing for task in tasks)
+    assert any(cause.startswith("take-over:") for task in tasks for cause in task.hold.causes)
+    assert {"running", "waiting"} <= {cleanup.state for task in tasks for cleanup in task.ending.cleanups}
 
 
 @pytest.mark.parametrize("name", MISSIONS)

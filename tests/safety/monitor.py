@@ -173,7 +173,7 @@ class Monitor:
         moved = False
         self._hear(step)
         for change in step.changes:
-            if isinstance(change, ch.Granted) and not state.tasks[change.task].system_agent:
+            if isinstance(change, ch.Granted) and not state.tasks[change.task].system.agent:
                 for agent in (one for group in change.roles.values() for one in group):
                     self._told.setdefault(agent, _Told()).anew = False
         for effect in step.effects:
@@ -201,21 +201,21 @@ class Monitor:
                 before, after = agents.get(agent.id), state.agents[agent.id]
                 if before is not None and before.task and after.task != before.task and not agent.human:
                     self._released(before, after)
-            case ch.Granted(task_id, roles, _) if not state.tasks[task_id].system_agent:
+            case ch.Granted(task_id, roles, _) if not state.tasks[task_id].system.agent:
                 if self._pressed is not None:
                     self.tell("lockdown", f"{task_id} is granted {sorted(roles)} in lockdown")
             case ch.TaskPut(task):
-                if task.id not in tasks and not task.system_agent:
+                if task.id not in tasks and not task.system.agent:
                     if self._pressed is not None:
                         self.tell("lockdown", f"{task.id} is admitted in lockdown")
                     model = self.world.engine.core.models.get(task.name)
                     ceiling = model.envelope.get("max_height_m") if model is not None else None
                     if ceiling is not None:
                         self.sky.ceilings[task.id] = ceiling
-                if task.code in ("cannot_compute", "exception", "runaway") and task.code != getattr(
+                if task.outcome.code in ("cannot_compute", "exception", "runaway") and task.outcome.code != getattr(
                     tasks.get(task.id), "code", ""
                 ):
-                    self.tell("exception", f"{task.id} ends {task.code}: {task.reason}")
+                    self.tell("exception", f"{task.id} ends {task.outcome.code}: {task.outcome.reason}")
 
     # -- what came in --------------------------------------------------------------------------------------------------
     def _hear(self, step: inp.EngineStep) -> None:
@@ -316,7 +316,7 @@ class Monitor:
             )
         before, after = tasks.get(goal.task), self.state.tasks.get(goal.task)
         if section == "steps" and not goal.safety and before is not None and after is not None:
-            causes = [c for c in after.held if c in before.held and not c.startswith("clearance:")]
+            causes = [c for c in after.hold.causes if c in before.hold.causes and not c.startswith("clearance:")]
             if causes:
                 self.tell(
                     "held", f"{goal.goal_id} goes to {goal.agent} while {goal.task} is held ({', '.join(causes)})"
@@ -355,7 +355,7 @@ class Monitor:
     def _is_exempt(self, goal: inp.SendGoal) -> bool:
         order, task = self.state.orders.get(goal.agent), self.state.tasks.get(goal.task)
         ordered = order is not None and order.stop in ("land", "cut")
-        return goal.safety and (ordered or (task is not None and task.stop in ("land", "cut")))
+        return goal.safety and (ordered or (task is not None and task.system.stop in ("land", "cut")))
 
     # -- what changed --------------------------------------------------------------------------------------------------
     def _released(self, before: AgentRecord, after: AgentRecord) -> None:
@@ -363,7 +363,7 @@ class Monitor:
             return
         new = self.state.tasks.get(after.task)
         order = self.state.orders.get(after.id)
-        if new is not None and new.system_agent == after.id:
+        if new is not None and new.system.agent == after.id:
             return
         if order is not None and order.state == "open" and order.stop in ("return", "land"):
             return  # an order brings it down, by a system task
@@ -434,7 +434,7 @@ class Monitor:
         if self._lasts("left", agent.id, idle, LEFT_US):
             self.tell("left", f"{agent.id} hovers with no task, no order and no quarantine")
         may = ours and agent.pool != "QUARANTINED" and drone.is_airborne
-        mended = order is not None or task is None or task.section != "steps" or task.stopping
+        mended = order is not None or task is None or task.section != "steps" or task.ending.stopping
         landing = agent.action and self.catalogue.actions[agent.action].lands
         low = ("low", agent.id) in self._since and not mended and not landing
         if self._lasts("breach", agent.id, bool(may and low), BREACH_US):
@@ -485,9 +485,9 @@ class Monitor:
     def _two_tasks(self) -> None:
         holders: dict[str, str] = {}
         for task in self.state.tasks.values():
-            if task.section == "done" or task.system_agent:
+            if task.section == "done" or task.system.agent:
                 continue
-            for agent in (a for group in task.roles.values() for a in group):
+            for agent in (a for group in task.agents.roles.values() for a in group):
                 if self.state.agents[agent].human:
                     continue
                 first = holders.setdefault(agent, task.id)
@@ -511,7 +511,7 @@ class Monitor:
     def waits_for(self, task: TaskRecord) -> list[str]:
         """Return the names of what a task waits for."""
         state = self.state
-        found = [f"held: {cause}" for cause in task.held]
+        found = [f"held: {cause}" for cause in task.hold.causes]
         found += [
             f"goal {g.id} {g.state} {g.code}".strip() for g in state.goals.values() if g.task == task.id and not g.ended
         ]
@@ -535,7 +535,7 @@ class Monitor:
         for task in self.state.tasks.values():
             if task.section != "done":
                 waits = "; ".join(self.waits_for(task)) or "nothing"
-                text = f"{task.id} is still {task.status} in {task.section or 'no section'}, {task.recovering}"
+                text = f"{task.id} is still {task.status} in {task.section or 'no section'}, {task.agents.recovering}"
                 self.tell("rest", f"{text}, and waits for {waits}")
         for agent in self.state.agents.values():
             drone = None if agent.human else self.drone(agent.id)

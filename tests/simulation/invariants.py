@@ -228,19 +228,21 @@ class Invariants:
     def _task(self, task: TaskRecord, before: TaskRecord | None) -> None:
         if before is None:
             self._open[task.id] = None
-            self.counts["system tasks" if task.system_agent else "tasks"] += 1
+            self.counts["system tasks" if task.system.agent else "tasks"] += 1
         if before is not None and before.status in TERMINAL and before.status != task.status:
             self.tell("ended", f"{task.id} was {before.status} and is {task.status}")
         if task.section == "done" and (before is None or before.section != task.section):
             self._open.pop(task.id, None)
-            self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
-            if task.code in ("cannot_compute", "exception", "runaway") and task.id not in self.world.blamed:
-                self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
-        if before is None or before.roles is not task.roles or before.section != task.section:
+            self.counts[f"{task.status} {task.outcome.code}".strip()] += not task.system.agent
+            if task.outcome.code in ("cannot_compute", "exception", "runaway") and task.id not in self.world.blamed:
+                self.tell(
+                    "exception", f"{task.id} ({task.name}) ends {task.outcome.code}: {task.outcome.reason}", task.id
+                )
+        if before is None or before.agents.roles is not task.agents.roles or before.section != task.section:
             self._hold(task, before)
 
     def _hold(self, task: TaskRecord, before: TaskRecord | None) -> None:
-        if task.system_agent:
+        if task.system.agent:
             return
         for agent in _machines(before) if before is not None else ():
             self._holders.get(agent, {}).pop(task.id, None)
@@ -280,7 +282,7 @@ class Invariants:
         state = self.state
         task = state.tasks.get(agent.task)
         cared = task is not None and task.section not in ("", "done")
-        cared = cared or any(t.system_agent == agent.id and t.section == "recover" for t in state.tasks.values())
+        cared = cared or any(t.system.agent == agent.id and t.section == "recover" for t in state.tasks.values())
         cared = cared or agent.id in state.orders or agent.control != "engine" or agent.taken
         cared = cared or (agent.pool == "QUARANTINED" and agent.id in self._alarmed) or agent.liveness == "SUSPECT"
         goal = state.goals.get(
@@ -334,7 +336,7 @@ class Invariants:
 
 
 def _machines(task: TaskRecord) -> list[str]:
-    return [agent for group in task.roles.values() for agent in group] if task.section != "done" else []
+    return [agent for group in task.agents.roles.values() for agent in group] if task.section != "done" else []
 
 
 def _touched(step: inp.EngineStep) -> dict[str, None]:

@@ -158,13 +158,13 @@ def _points_of(state: EngineState) -> Iterator[Point]:
 def _task(task: TaskRecord) -> Iterator[Point]:
     yield "task", task.id, task.status
     yield "section", task.id, task.section or "waits"
-    yield "again", task.id, task.again or "no"
+    yield "again", task.id, task.restart.why or "no"
 
 
 def _parts_of(task: TaskRecord) -> Iterator[tuple[str, dict[str, str]]]:
-    yield "held", dict.fromkeys(task.held, "on")
-    yield "finally", {cleanup.id: cleanup.state for cleanup in task.cleanups}
-    yield "way home", {f"{one.agent}#{task.run}": one.state for one in task.recovering}
+    yield "held", dict.fromkeys(task.hold.causes, "on")
+    yield "finally", {cleanup.id: cleanup.state for cleanup in task.ending.cleanups}
+    yield "way home", {f"{one.agent}#{task.run}": one.state for one in task.agents.recovering}
 
 
 def _agent(agent: AgentRecord) -> Iterator[Point]:

@@ -117,8 +117,8 @@ def a_cancel_forgets_its_goal(patch: Patch) -> None:
     drain = Tasks._drain
 
     def drains(self: Tasks, task_id: str) -> None:
-        if self._core.task(task_id).drain:
-            self._core.put_task(task_id, drain=())
+        if self._core.task(task_id).ending.drain:
+            self._core.put_part(task_id, "ending", drain=())
         drain(self, task_id)
 
     patch.setattr(Tasks, "_drain", drains)
@@ -223,7 +223,7 @@ def an_aborted_task_still_waits_for_agents(patch: Patch) -> None:
 
     def emits(self: Core, change: Any) -> None:
         task = self.state.tasks.get(change.task) if isinstance(change, ch.RequestPut) else None
-        if task is not None and change.request is None and task.outcome == "CANCELED" and task.section == "":
+        if task is not None and change.request is None and task.outcome.status == "CANCELED" and task.section == "":
             return
         emit(self, change)
 
@@ -425,8 +425,8 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
 
     def holding(core: Core, task_id: str, cause: str) -> None:
         hold(core, task_id, cause)
-        if cause == "resume" and core.state.tasks[task_id].clock.paused:
-            core.put_task(task_id, clock=replace(core.task(task_id).clock, paused=()))
+        if cause == "resume" and core.state.tasks[task_id].hold.clock.paused:
+            core.put_part(task_id, "hold", clock=replace(core.task(task_id).hold.clock, paused=()))
 
     from formiga_bt.engine.restart import reconcile
 

@@ -58,7 +58,7 @@ def of_step(state: EngineState, step: inp.EngineStep) -> Found:
 def of_effects(state: EngineState, step: inp.EngineStep) -> Found:
     """Look at what a step sends and grants; `state` is that after it."""
     for change in step.changes:
-        if isinstance(change, ch.Granted) and state.lockdown is not None and not state.tasks[change.task].system_agent:
+        if isinstance(change, ch.Granted) and state.lockdown is not None and not state.tasks[change.task].system.agent:
             yield "held_back", f"{change.task} gets machines in lockdown"
     if isinstance(step.input, inp.Outage) and not any(isinstance(c, ch.ResumePut) for c in step.changes):
         yield "reconcile", "the engine stood still, and asks nobody what happened meanwhile"
@@ -90,10 +90,10 @@ def _held_back(state: EngineState, step: inp.EngineStep) -> Found:
             goal, old = change.goal, state.goals.get(change.goal.id)
             task = tasks.get(goal.task) or state.tasks.get(goal.task)
             agent = state.agents.get(goal.agent)
-            if task is None or not task.held or agent is None or agent.human or goal.safety:
+            if task is None or not task.hold.causes or agent is None or agent.human or goal.safety:
                 continue
             if old is None or old.state == "gated":
-                yield "held_back", f"{goal.id} leaves, its task is HELD: {', '.join(task.held)}"
+                yield "held_back", f"{goal.id} leaves, its task is HELD: {', '.join(task.hold.causes)}"
 
 
 def _clocks(state: EngineState) -> Found:
@@ -101,17 +101,20 @@ def _clocks(state: EngineState) -> Found:
         if task.ended:
             continue
         stands = clock_stands(task)
-        if stands == (task.clock.stands_since is None):
-            yield "clock", f"{task.id} is held by {task.held}, and its clock stands since {task.clock.stands_since}"
-        if task.clock.paused and not stands:
+        if stands == (task.hold.clock.stands_since is None):
             yield (
                 "clock",
-                f"{task.id} is not held, and {', '.join(str(one.timer) for one in task.clock.paused)} stands still",
+                f"{task.id} is held by {task.hold.causes}, and its clock stands since {task.hold.clock.stands_since}",
+            )
+        if task.hold.clock.paused and not stands:
+            yield (
+                "clock",
+                f"{task.id} is not held, and {', '.join(str(one.timer) for one in task.hold.clock.paused)} stands still",
             )
     for timer, deadline in state.deadlines.items():
         owner = state.tasks.get(deadline.task)
         if deadline.pausable and owner is not None and clock_stands(owner):
-            yield "clock", f"{timer} runs, and its task is held by {owner.held}"
+            yield "clock", f"{timer} runs, and its task is held by {owner.hold.causes}"
 
 
 def _leaks(state: EngineState) -> Found:

@@ -32,7 +32,7 @@ def declared(record: Any, field: str) -> set[str]:
     [
         ("task", declared(rec.TaskRecord, "status")),
         ("section", declared(rec.TaskRecord, "section") - {""} | {"waits"}),
-        ("again", declared(rec.TaskRecord, "again") - {""} | {"no"}),
+        ("again", declared(rec.TaskRestart, "why") - {""} | {"no"}),
         ("goal", declared(rec.GoalRecord, "state")),
         ("machine liveness", declared(rec.AgentRecord, "liveness")),
         ("machine pool", declared(rec.AgentRecord, "pool")),
@@ -65,7 +65,7 @@ def test_every_state_can_be_reached_and_left() -> None:
 
 
 def test_a_transition_beside_the_tables_is_told() -> None:
-    task = rec.TaskRecord(id="A-1", name="A", order=1, bundle="")
+    task = rec.TaskRecord(id="A-1", name="A", order=1, request=rec.TaskRequest(bundle=""))
     recorder = Recorder()
 
     fine = recorder.look(step(task, replace(task, status="ASSIGNED")))
@@ -77,7 +77,7 @@ def test_a_transition_beside_the_tables_is_told() -> None:
 
 
 def test_what_a_killed_engine_had_not_kept_never_was() -> None:
-    task = rec.TaskRecord(id="A-1", name="A", order=1, bundle="")
+    task = rec.TaskRecord(id="A-1", name="A", order=1, request=rec.TaskRequest(bundle=""))
     recorder = Recorder()
     recorder.look(step(task, replace(task, status="ASSIGNED")))
 

@@ -230,7 +230,7 @@ class World:
                 case inp.Alarm(code, text):
                     self.tell(f"  ALARM {code}: {text}")
                 case inp.PublishState(task, status, code, reason):
-                    held = self.engine.state.tasks[task].held
+                    held = self.engine.state.tasks[task].hold.causes
                     self.tell(f"  {task} {status} {code} {reason} {held or ''}".rstrip())
 
     def _watch(self, front: Any) -> None:
@@ -356,7 +356,10 @@ class World:
             inp.Resumed(
                 epoch=self._epoch, at=at, since=sign.wall, wall=self.wall(), heard=now,
                 again=tuple(again),
-                rebuilt={t.id: t.bundle for t in state.tasks.values() if t.section != "done" and t.bundle != "system"},
+                rebuilt={
+                    t.id: t.request.bundle
+                    for t in state.tasks.values() if t.section != "done" and t.request.bundle != "system"
+                },
                 lost=flight.engine.unbuilt, poison=self._blamed(state),
             )
         )  # fmt: skip
@@ -367,7 +370,7 @@ class World:
         """Return the task that is said to have ended the engine."""
         runs = [task.id for task in state.tasks.values() if task.section not in ("", "done")]
         which, self._death = self._death.blames, msgspec.structs.replace(self._death, blames=0)
-        cleanups = [task for task in runs if any(not one.ended for one in state.tasks[task].cleanups)]
+        cleanups = [task for task in runs if any(not one.ended for one in state.tasks[task].ending.cleanups)]
         runs = cleanups or runs
         found = (runs[which % len(runs)],) if which and runs else ()
         self.blamed.update(found)

@@ -111,7 +111,7 @@ def command(
     if not in_time:
         reason, lasted_s = spending.reason({one.name: one for one in tasks}), limit * 3600.0
         if reason:
-            lasted_s = round((rehearsal.now - rehearsal.task(task_id).submitted_at) / 1e6, 1)
+            lasted_s = round((rehearsal.now - rehearsal.task(task_id).times.submitted_at) / 1e6, 1)
         reason = reason or f"given up after {limit:g} h"
         report |= {"status": "UNFINISHED", "reason": reason, "duration_s": lasted_s}
     told = _explained(rehearsal, log, tasks, task_id) if why else ("", [])
@@ -219,14 +219,14 @@ def _bound(task: "Task", raw: dict[str, str], site: "Site", note: str = "") -> d
 def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, answers: dict[str, list[str]]) -> dict[str, Any]:
     task = log.state.tasks[task_id]
     verdict: Findings = rehearsal.referee.verdict(rehearsal.now)
-    zero = task.submitted_at
+    zero = task.times.submitted_at
     return {
         "task": task_id,
         "status": task.status,
-        "code": task.code,
-        "reason": task.reason,
-        "cleanup": list(task.notes),
-        "duration_s": round(((task.ended_at or rehearsal.now) - zero) / 1e6, 1),
+        "code": task.outcome.code,
+        "reason": task.outcome.reason,
+        "cleanup": list(task.outcome.notes),
+        "duration_s": round(((task.times.ended_at or rehearsal.now) - zero) / 1e6, 1),
         "actions": [
             {
                 "agent": row.agent,
@@ -240,13 +240,13 @@ def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, answers: dict[s
         ],
         "log": [{"at_s": round((line.at - zero) / 1e6, 1), "text": line.text} for line in log.lines],
         "least_battery": {
-            agent: round(log.least_battery[agent], 1) for agent in task.granted if agent in log.least_battery
+            agent: round(log.least_battery[agent], 1) for agent in task.agents.granted if agent in log.least_battery
         },
         "crashes": len(verdict.crashes),
         "unsafe_starts": len(verdict.unsafe_starts),
         "low_flights": len(verdict.low_flights),
         "closest_pass_m": round(verdict.closest_pass.distance_m, 1) if verdict.closest_pass else None,
-        "refused": _refusals(log.state.explanations.get(task_id, ())) if task.code == "no_agent" else [],
+        "refused": _refusals(log.state.explanations.get(task_id, ())) if task.outcome.code == "no_agent" else [],
         "never_offered": _never_offered(rehearsal, answers),
     }
 

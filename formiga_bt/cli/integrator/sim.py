@@ -170,11 +170,11 @@ def _tasks(log: "RunLog") -> list[dict[str, Any]]:
         {
             "task": task.id,
             "status": task.status,
-            "code": task.code,
-            "reason": task.reason,
-            "agents": list(task.granted),
+            "code": task.outcome.code,
+            "reason": task.outcome.reason,
+            "agents": list(task.agents.granted),
             "actions": len([row for row in log.rows_of([task.id]) if row.state in ("succeeded", "answered")]),
-            "duration_s": round(((task.ended_at or log.state.now) - task.submitted_at) / 1e6, 1),
+            "duration_s": round(((task.times.ended_at or log.state.now) - task.times.submitted_at) / 1e6, 1),
         }
         for task in sorted(log.state.tasks.values(), key=lambda task: task.order)
     ]

@@ -60,7 +60,7 @@ def _write_and_play(machine: "TimeMachine", story: "CaseStory", out: Path) -> "t
     from formiga_bt.show.replay.case import LOOSE, text_of
 
     task = story.task
-    model = machine.files.task(task.name, task.bundle)
+    model = machine.files.task(task.name, task.request.bundle)
     if model is None:
         raise FormigaError(f"the journal has not the files that {task.id} ran; it cannot be played again")
     files = _files(machine, story, out)
@@ -110,7 +110,7 @@ def _write(path: Path, text: str) -> None:
 # -- the files of the task and the site ----------------------------------------------------------------------------------
 def _files(machine: "TimeMachine", story: "CaseStory", out: Path) -> dict[str, str]:
     """Return what the case names as task and site; what is not on disk as it was is written beside the case."""
-    row, site = machine.files.rows[story.task.name, story.task.bundle], machine.files.of_site
+    row, site = machine.files.rows[story.task.name, story.task.request.bundle], machine.files.of_site
     site_text = site.texts.get(site.file, "") if site is not None else ""
     texts = {path: text for path, text in row.texts.items() if text != site_text}
     beside = out.parent / f"{out.name.removesuffix(SUFFIX)}_files"

@@ -62,25 +62,33 @@ def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
     model = core.library.of(task)
     if model is None:
         return False
-    roles = [name for name, agents in task.roles.items() if agent_id in agents]
+    roles = [name for name, agents in task.agents.roles.items() if agent_id in agents]
     rebinds = any(name in model.roles and model.roles[name].if_lost == "rebind" for name in roles)
-    rebinds = rebinds or (bool(roles) and agent_id in task.rebinds)
+    rebinds = rebinds or (bool(roles) and agent_id in task.agents.rebinds)
     return rebinds and not _why_not(core, task, agent_id)
 
 
 def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
     model = core.library.of(task)
-    if task.section != "steps" or task.status != "ACTIVE" or task.stopping or task.outcome or task.again:
+    if (
+        task.section != "steps"
+        or task.status != "ACTIVE"
+        or task.ending.stopping
+        or task.outcome.status
+        or task.restart.why
+    ):
         return "ending"
-    if model is None or task.system_agent or not model.preemptible:
+    if model is None or task.system.agent or not model.preemptible:
         return "not_preemptible"
-    if any(not cause.startswith("clearance:") for cause in task.held if not (lost and cause.endswith(f":{lost}"))):
+    if any(
+        not cause.startswith("clearance:") for cause in task.hold.causes if not (lost and cause.endswith(f":{lost}"))
+    ):
         return "held"
-    agents = [core.state.agents[agent_id] for agent_id in task.granted]
+    agents = [core.state.agents[agent_id] for agent_id in task.agents.granted]
     mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]
     if any(a.id in core.state.orders for a in mine if a.id != lost):
         return "ordered"
-    if task.spent or any(core.state.tasks[child].spent for child in task.children):
+    if task.restart.spent or any(core.state.tasks[child].restart.spent for child in task.family.children):
         return "spent"
     if any(a.payload_kg > 0 for a in mine):
         return "loaded"
@@ -112,10 +120,12 @@ class Preemption:
             return
         machines = [a for a in agents if not a.human and a.task in core.state.tasks]
         tasks = {a.task: core.state.tasks[a.task] for a in machines}
-        ending = {t.id for t in tasks.values() if t.again or _steps_aside(t) or t.section == "recover"}
-        self._why_not = {t.id: why_not_preemptible(core, t) for t in tasks.values() if PRIORITIES[t.priority] > 0}
+        ending = {t.id for t in tasks.values() if t.restart.why or _steps_aside(t) or t.section == "recover"}
+        self._why_not = {
+            t.id: why_not_preemptible(core, t) for t in tasks.values() if PRIORITIES[t.request.priority] > 0
+        }
         willing = [t for t in tasks.values() if self._why_not.get(t.id) == ""]
-        willing.sort(key=lambda t: (-PRIORITIES[t.priority], -t.order))
+        willing.sort(key=lambda t: (-PRIORITIES[t.request.priority], -t.order))
         self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
         self._coming = [a.id for a in machines if a.task in ending]
         self._held = {t.id: [a.id for a in machines if a.task == t.id] for t in willing}
@@ -204,15 +214,15 @@ def parents_of(core: Core, task_id: str) -> frozenset[str]:
     """Return the tasks by which a task was requested and with which it ends: it can gain nothing from their end."""
     found: set[str] = set()
     task = core.state.tasks.get(task_id)
-    while task is not None and task.parent and not task.detached:
-        found.add(task.parent)
-        task = core.state.tasks.get(task.parent)
+    while task is not None and task.family.parent and not task.family.detached:
+        found.add(task.family.parent)
+        task = core.state.tasks.get(task.family.parent)
     return frozenset(found)
 
 
 def _steps_aside(task: TaskRecord) -> bool:
     """Return whether a task is being ended because it was preempted."""
-    return task.code == "preempted" and task.section != "done"
+    return task.outcome.code == "preempted" and task.section != "done"
 
 
 def _pruned(tasks: tuple[str, ...], team: Team) -> tuple[tuple[str, ...], list[str]]:

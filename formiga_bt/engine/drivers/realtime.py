@@ -189,7 +189,7 @@ class RealtimeDriver:
 
     def _is_high(self, task: str) -> bool:
         record = self.engine.state.tasks.get(task)
-        return record is not None and record.priority == "high"
+        return record is not None and record.request.priority == "high"
 
     def set_speed(self, speed: float) -> None:
         """Change the speed from now on; engine time goes on without a jump. May be called from any thread.

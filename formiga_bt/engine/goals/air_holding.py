@@ -90,7 +90,7 @@ class AirHolding:
         """Return the order of service: safety goals and ways home, then priority, then age; lower first."""
         task = self._core.state.tasks.get(goal.task)
         rescue = goal.safety or goal.section == "recover"
-        return not rescue, PRIORITIES[task.priority if task else "high"], goal.order
+        return not rescue, PRIORITIES[task.request.priority if task else "high"], goal.order
 
     def claimed(self, goal: GoalRecord, go: Go) -> str:
         """Return the machine on its way home whose wait for its way goes before this one's going, or "".

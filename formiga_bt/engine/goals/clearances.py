@@ -158,7 +158,7 @@ class Clearances:
         if model is not None:
             for step in asks_of(model):
                 for who in step.of:
-                    ids = self._people.of_role(who.name) if who.site_role else task.roles.get(who.name, ())
+                    ids = self._people.of_role(who.name) if who.site_role else task.agents.roles.get(who.name, ())
                     found.update(dict.fromkeys(ids))
         return tuple(found)
 

@@ -119,7 +119,7 @@ class Gatekeeper:
                 lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
             )  # fmt: skip
         if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
-            core.put_task(goal.task, spent=True)
+            core.put_part(goal.task, "restart", spent=True)
         core.effect(self._effect(goal))
         core.set_wall(AcceptDue(goal.id), core.action(goal.action).accept_timeout_us)
 

@@ -140,7 +140,7 @@ class GateView:
             asked=self._is_asked(goal),
             ports=tuple(near),
             home=home.at if home else None,
-            exempt_clearance=spec.cuts or (task is not None and task.stop in ("land", "cut")),
+            exempt_clearance=spec.cuts or (task is not None and task.system.stop in ("land", "cut")),
         )
 
     def _is_unsettled(self, agent_id: str) -> bool:
@@ -156,7 +156,7 @@ class GateView:
         if goal.id == order.goal:
             return True
         task = self._core.state.tasks.get(goal.task)
-        return task is not None and goal.task == order.task and (bool(task.system_agent) or goal.section == "recover")
+        return task is not None and goal.task == order.task and (bool(task.system.agent) or goal.section == "recover")
 
     def _stopped(self, goal: GoalRecord) -> str:
         order = self._core.state.orders.get(goal.agent)
@@ -166,12 +166,12 @@ class GateView:
 
     def _locked(self, goal: GoalRecord, task: TaskRecord | None) -> str:
         lockdown = self._core.state.lockdown
-        if lockdown is None or task is None or goal.safety or task.stop:
+        if lockdown is None or task is None or goal.safety or task.system.stop:
             return ""
         order = self._core.state.orders.get(goal.agent)
         if order is not None and self._carries_out(goal, order):
             return ""
-        way_home = goal.section == "recover" or bool(task.system_agent)
+        way_home = goal.section == "recover" or bool(task.system.agent)
         return "" if way_home and lockdown.how == "return" else lockdown.how
 
     # -- limits ------------------------------------------------------------------------------------------------------
@@ -337,9 +337,9 @@ _order = attrgetter("order")
 
 
 def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
-    held = task.held
+    held = task.hold.causes
     if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
-        stands = bool(task.system_agent) and agent.landed == "grounded"
+        stands = bool(task.system.agent) and agent.landed == "grounded"
         return f"take-over:{agent.id}" in held or ("resume" in held and (section != "recover" or stands))
     # The clearance that a goal's own agent waits for is judged by the gate itself.
     return any(cause != f"clearance:{agent.id}" for cause in held)

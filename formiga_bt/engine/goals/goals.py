@@ -54,7 +54,7 @@ class Goals:
         core = self._core
         task = core.task(task_id)
         section = order.goal_id.split("/", 3)[2]
-        held = any(order.agent in agents for agents in task.roles.values())
+        held = any(order.agent in agents for agents in task.agents.roles.values())
         agent = core.state.agents[order.agent]
         if not held and not agent.human:
             code = "agent_lost" if agent.pool == "QUARANTINED" else "released"
@@ -70,7 +70,7 @@ class Goals:
             section=section.split(":", 1)[0],
             fields=order.fields,
             repeatable=core.action(order.action).repeatable,
-            safety=bool(task.stop),
+            safety=bool(task.system.stop),
             order=core.count("goal"),
             at=core.now,
         )
@@ -188,7 +188,7 @@ class Goals:
         """A task gives a machine back once it has no goal: also none of an order that borrows it."""
         core = self._core
         task = core.state.tasks.get(core.state.agents[agent_id].task)
-        if task is not None and agent_id in task.releasing:
+        if task is not None and agent_id in task.agents.releasing:
             core.touch(task.id)
 
     # -- from the agents -----------------------------------------------------------------------------------------

@@ -40,7 +40,7 @@ class People:
             id=order.id,
             number=f"Q{core.count('question')}",
             task=task_id,
-            priority=core.task(task_id).priority,
+            priority=core.task(task_id).request.priority,
             kind=kind,  # type: ignore[arg-type]
             text=order.text,
             note=order.note,

@@ -20,7 +20,7 @@ from formiga_bt.engine.kernel.index import DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
 from formiga_bt.engine.kernel.news import News
-from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Paused, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Paused, TaskPart, TaskRecord
 from formiga_bt.engine.kernel.state import APPLY, EngineState, apply_heard, board_of
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
@@ -172,7 +172,7 @@ class Core:
 
     def _touch_if_released(self, agent: AgentRecord) -> None:
         task = self.state.tasks.get(agent.task)
-        if task is not None and agent.id in task.releasing:
+        if task is not None and agent.id in task.agents.releasing:
             self.touch(task.id)  # it may be down now: an order brings it home, too
 
     def _note_goal(self, change: ch.GoalPut) -> None:
@@ -243,10 +243,14 @@ class Core:
         if new == old:
             return old
         self.emit(ch.TaskPut(new))
-        if new.status != old.status or bool(new.held) != bool(old.held):
-            word = "HELD" if new.held and new.status in ("ASSIGNED", "ACTIVE", "ENDING") else new.status
-            self.effect(PublishState(task_id, word, new.code, new.reason))
+        if new.status != old.status or bool(new.hold.causes) != bool(old.hold.causes):
+            word = "HELD" if new.hold.causes and new.status in ("ASSIGNED", "ACTIVE", "ENDING") else new.status
+            self.effect(PublishState(task_id, word, new.outcome.code, new.outcome.reason))
         return new
+
+    def put_part(self, task_id: str, part: TaskPart, **fields: Any) -> TaskRecord:
+        """Replace fields of one part of a task's record."""
+        return self.put_task(task_id, **{part: replace(getattr(self.state.tasks[task_id], part), **fields)})
 
     def put_agent(self, agent_id: str, **fields: Any) -> AgentRecord:
         """Replace fields of an agent's record."""
@@ -275,7 +279,7 @@ class Core:
     def model(self, task: TaskRecord) -> Task:
         """Return the checked model that a task runs."""
         found = self.library.of(task)
-        assert found is not None, f"the model of {task.id} ({task.name} {task.bundle[:8]}) was not added"
+        assert found is not None, f"the model of {task.id} ({task.name} {task.request.bundle[:8]}) was not added"
         return found
 
     def agent_type(self, agent: AgentRecord) -> AgentType:
@@ -329,8 +333,8 @@ class Core:
         """Set an engine-time deadline. Deadlines of a held task stand still: only what is left is kept."""
         record = self.state.tasks.get(task)
         if pausable and record is not None and clock_stands(record):
-            clock = record.clock.without(timer)
-            self.put_task(task, clock=replace(clock, paused=(*clock.paused, Paused(timer, at - self.now))))
+            clock = record.hold.clock.without(timer)
+            self.put_part(task, "hold", clock=replace(clock, paused=(*clock.paused, Paused(timer, at - self.now))))
             return
         seq = self.state.counters.get("deadline", 0) + 1
         self.emit(ch.DeadlineSet(timer, Deadline(at, seq, task, pausable)))
@@ -342,24 +346,24 @@ class Core:
             self.emit(ch.DeadlineSet(timer, None))
         if isinstance(timer, NodeDue | TaskDue | HopelessDue):
             task = self.state.tasks.get(timer.task)
-            if task is not None and task.clock.paused:
-                self.put_task(task.id, clock=task.clock.without(timer))
+            if task is not None and task.hold.clock.paused:
+                self.put_part(task.id, "hold", clock=task.hold.clock.without(timer))
 
     def pause_deadlines(self, task_id: str) -> None:
         """Let the pausable deadlines of a task stand still."""
         own = [(timer, self.state.deadlines[timer]) for timer in self.index.deadlines_of(task_id)]
         mine = tuple(Paused(timer, deadline.at - self.now) for timer, deadline in own if deadline.pausable)
         if mine:
-            clock = self.task(task_id).clock
-            self.put_task(task_id, clock=replace(clock, paused=(*clock.paused, *mine)))
+            clock = self.task(task_id).hold.clock
+            self.put_part(task_id, "hold", clock=replace(clock, paused=(*clock.paused, *mine)))
             for one in mine:
                 self.emit(ch.DeadlineSet(one.timer, None))
 
     def resume_deadlines(self, task_id: str) -> None:
         """Let the deadlines of a task run again."""
-        clock = self.task(task_id).clock
+        clock = self.task(task_id).hold.clock
         if clock.paused:
-            self.put_task(task_id, clock=replace(clock, paused=()))
+            self.put_part(task_id, "hold", clock=replace(clock, paused=()))
             for one in clock.paused:
                 self.set_deadline(one.timer, self.now + one.left_us, task_id, pausable=True)
 
@@ -399,4 +403,4 @@ class Core:
 
 def clock_stands(task: TaskRecord) -> bool:
     """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
-    return bool(task.held) and any(not cause.startswith("clearance:") for cause in task.held)
+    return bool(task.hold.causes) and any(not cause.startswith("clearance:") for cause in task.hold.causes)

@@ -21,7 +21,7 @@ def is_over(state: EngineState, task: TaskRecord, end: End) -> bool:
             cleanup = task.cleanup(cleanup_id)
             return cleanup is None or cleanup.ended
         case AgentReleased(agent):
-            return agent not in task.releasing
+            return agent not in task.agents.releasing
         case ChildEnd(child_id):
             child = state.tasks.get(child_id)
             return child is None or child.ended
@@ -36,14 +36,14 @@ def adopt(core: Core, task_id: str, end: End, owner: str) -> None:
         case GoalEnd(goal):
             core.put_goal(goal, owner=owner)
         case FinallyEnd(cleanup_id):
-            cleanups = tuple(replace(one, owner=owner) if one.id == cleanup_id else one for one in task.cleanups)
-            core.put_task(task_id, cleanups=cleanups)
+            cleanups = tuple(replace(one, owner=owner) if one.id == cleanup_id else one for one in task.ending.cleanups)
+            core.put_part(task_id, "ending", cleanups=cleanups)
         case AgentReleased(agent):
-            if agent in task.releasing:
-                now = replace(task.releasing[agent], owner=owner)
-                core.put_task(task_id, releasing={**task.releasing, agent: now})
+            if agent in task.agents.releasing:
+                now = replace(task.agents.releasing[agent], owner=owner)
+                core.put_part(task_id, "agents", releasing={**task.agents.releasing, agent: now})
         case ChildEnd(child):
-            core.put_task(child, parent_node=owner)
+            core.put_part(child, "family", node=owner)
         case _:
             assert_never(end)
 
@@ -55,7 +55,11 @@ def forget(core: Core, task_id: str, end: End) -> None:
             if goal in core.state.goals:
                 core.emit(ch.GoalDrop(goal))
         case FinallyEnd(cleanup_id):
-            core.put_task(task_id, cleanups=tuple(one for one in core.task(task_id).cleanups if one.id != cleanup_id))
+            core.put_part(
+                task_id,
+                "ending",
+                cleanups=tuple(one for one in core.task(task_id).ending.cleanups if one.id != cleanup_id),
+            )
         case AgentReleased() | ChildEnd():
             pass
         case _:

@@ -15,32 +15,32 @@ from formiga_bt.engine.kernel.records import TaskRecord
 def hold(core: Core, task_id: str, cause: str) -> None:
     """Add a cause, if it is not there yet."""
     task = core.state.tasks.get(task_id)
-    if task is None or cause in task.held or task.section == "done":
+    if task is None or cause in task.hold.causes or task.section == "done":
         return
     stood = clock_stands(task)
     if not stood and not cause.startswith("clearance:"):
         core.pause_deadlines(task_id)
-        core.put_task(task_id, clock=replace(core.task(task_id).clock, stands_since=core.now))
-    core.put_task(task_id, held=(*core.task(task_id).held, cause))
+        core.put_part(task_id, "hold", clock=replace(core.task(task_id).hold.clock, stands_since=core.now))
+    core.put_part(task_id, "hold", causes=(*core.task(task_id).hold.causes, cause))
 
 
 def unhold(core: Core, task_id: str, cause: str) -> None:
     """Take a cause away; with the last one the clocks run and waiting goals are looked at again."""
     task = core.state.tasks.get(task_id)
-    if task is None or cause not in task.held:
+    if task is None or cause not in task.hold.causes:
         return
     stood = clock_stands(task)
-    found = {} if cause == "resume" else task.found
-    task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause), found=found)
+    found = {} if cause == "resume" else task.hold.found
+    task = core.put_part(task_id, "hold", causes=tuple(c for c in task.hold.causes if c != cause), found=found)
     if stood and not clock_stands(task):
-        core.put_task(task_id, clock=task.clock.resumed(core.now))
+        core.put_part(task_id, "hold", clock=task.hold.clock.resumed(core.now))
         core.resume_deadlines(task_id)
     core.stale.update(_machines_of(core, task))
 
 
 def _machines_of(core: Core, task: TaskRecord) -> Iterator[str]:
     """Iterate over the agents that a task has, and those of which a goal of it waits."""
-    for agents in task.roles.values():
+    for agents in task.agents.roles.values():
         yield from agents
     for goal_id in core.index.gated:
         goal = core.state.goals[goal_id]

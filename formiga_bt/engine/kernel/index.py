@@ -83,7 +83,7 @@ class StateIndex:
         self.free_people: Names = dict.fromkeys(state.agents)
         """People whose queue of questions must be looked at."""
         ended = [task for task in state.tasks.values() if task.section == "done"]
-        for task in sorted(ended, key=lambda task: (task.ended_at or 0, task.order)):
+        for task in sorted(ended, key=lambda task: (task.times.ended_at or 0, task.order)):
             self.ended[task.id] = None
         for goal in state.goals.values():
             self.goal(goal)

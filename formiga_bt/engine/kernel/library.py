@@ -70,7 +70,7 @@ class Bundles(Mapping[str, Task]):
 
 def model_of(models: Mapping[str, Task], task: TaskRecord) -> Task | None:
     """Return the model that a task runs: of its own bundle where `models` keeps versions, else by its name."""
-    return models.version(task.name, task.bundle) if isinstance(models, Bundles) else models.get(task.name)
+    return models.version(task.name, task.request.bundle) if isinstance(models, Bundles) else models.get(task.name)
 
 
 def newest_of(state: EngineState, name: str) -> Version | None:
@@ -99,7 +99,7 @@ class Library:
 
     def of(self, task: TaskRecord) -> Task | None:
         """Return the model that a task runs; None for a system task."""
-        return self._kept.version(task.name, task.bundle)
+        return self._kept.version(task.name, task.request.bundle)
 
     def wanted(self, request: Submit) -> Task:
         """Return what a request asks for.
@@ -130,7 +130,7 @@ class Library:
         If there was none then: the oldest that came later. "" = there is none at all.
         """
         versions = self._versions(name)
-        then = [one for one in versions if one.order <= parent.library]
+        then = [one for one in versions if one.order <= parent.request.library]
         return then[-1].bundle if then else versions[0].bundle if versions else ""
 
     def serve(self, given: Serve, open_: Iterable[str]) -> list[ch.Change]:
@@ -155,7 +155,7 @@ class Library:
             return wrote
         order = self._state.counters.get("library", 0) + 1
         n = versions[-1].n + 1 if versions else 1
-        eldest = min((self._state.tasks[one].library for one in open_), default=order)
+        eldest = min((self._state.tasks[one].request.library for one in open_), default=order)
         still = next((at for at in reversed(range(len(versions))) if versions[at].order <= eldest), 0)
         kept = (*versions[still:], Version(order, n, given.bundle))
         return [*wrote, ch.CounterSet("library", order), ch.LibraryPut(given.task, kept)]

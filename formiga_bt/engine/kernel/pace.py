@@ -56,7 +56,7 @@ class Pace:
 
     def _is_bound(self, path: str) -> bool:
         task = self._core.task(self._task_id)
-        return path.startswith("steps") and ":finally" not in path and not task.system_agent and not task.stop
+        return path.startswith("steps") and ":finally" not in path and not task.system.agent and not task.system.stop
 
 
 def throttled(state: EngineState, task: TaskRecord, now: Micros) -> Wakes | None:

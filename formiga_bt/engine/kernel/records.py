@@ -13,7 +13,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
-from formiga_bt.nodes.run import Failure, Served
+from formiga_bt.nodes.run import Failure, Served, TaskOutcome
 from formiga_bt.safety.traffic import TakenArea
 from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
 
@@ -220,12 +220,9 @@ class Releasing(Struct, frozen=True, omit_defaults=True):
     after: Drain = ()
 
 
-class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
+class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What was requested, and by whom; it never changes."""
 
-    id: str
-    name: str
-    order: int
     bundle: str
     version: int = 1
     """Which version of its name it runs (`Version.n`)."""
@@ -237,84 +234,143 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """How long each run waits for its first agents, if its request said so."""
     expires: Micros | None = None
     """The longest time PENDING of each run, likewise."""
+    params: dict[str, Any] = {}
+    """A restart begins with them."""
+
+
+class TaskFamily(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The task that requested it, if no person did, and those that it requested."""
+
     parent: str = ""
-    """The task that requested it, if no person did; then also the node that waits for its end, and how deep it is."""
-    parent_node: str = ""
+    node: str = ""
+    """Of the parent: it waits for the end of this task."""
     depth: int = 0
+    """How many tasks requested each other before it."""
     detached: bool = False
     """It outlives its parent."""
     children: tuple[str, ...] = ()
     """Tasks that it requested in this run."""
-    status: TaskStatus = "PENDING"
-    run: int = 1
-    section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
-    stopping: bool = False
-    """The section was stopped and its goals drain."""
-    drain: Drain = ()
-    """What the next part waits for."""
-    cleanups: tuple[Cleanup, ...] = ()
-    """Each `finally` of a stopped sequence that is not over."""
-    outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
-    code: str = ""
-    """Reason code of the outcome."""
-    reason: str = ""
-    failure: Failure | None = None
-    abort_reason: str = ""
-    abort_now: bool = False
-    held: tuple[str, ...] = ()
-    """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
-    found: dict[str, FoundMachine] = {}
-    """While HELD (resume): its agents that were not as the engine had left them."""
-    events_from: int = 0
-    """`AgentEventRecord.order` of the last event before its admission."""
-    events_taken: dict[str, int] = {}
-    """`<agent>|<event>` -> order of the last one that a step took."""
-    clock: TaskClock = TaskClock()
+
+
+class TaskAgents(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The agents that it has, had, and gives back."""
+
     roles: dict[str, tuple[str, ...]] = {}
     """Role -> agents that it holds now."""
+    granted: tuple[str, ...] = ()
+    """Every agent the task was granted, in order of grant."""
     served: dict[str, Served] = {}
     """Node of a `with_agents` -> the allocator's answer to it, until the node takes it."""
     rebinds: tuple[str, ...] = ()
     """Agents that blocks got in roles with `if_lost: rebind`."""
     releasing: dict[str, Releasing] = {}
     """Agents on their way back to the pool before the task ends."""
-    granted: tuple[str, ...] = ()
-    """Every agent the task was granted, in order of grant."""
     recovering: tuple[Recovering, ...] = ()
-    submitted_at: Micros = 0
-    assigned_at: Micros | None = None
-    active_at: Micros | None = None
-    ended_at: Micros | None = None
-    system_agent: str = ""
-    """Set for a system task: the agent it commands."""
-    stop: Literal["", "hold", "return", "land", "cut"] = ""
-    """Set for a system task that carries out an order: it borrows the agent, which stays its task's."""
-    params: dict[str, Any] = {}
-    """As requested: a restart begins with them."""
-    again: Again = ""
+    pilot: str = ""
+    """The pilot on duty for it (`mode: real`)."""
+
+
+class TaskHold(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """HELD: why, and the task's clock, which stands still meanwhile."""
+
+    causes: tuple[str, ...] = ()
+    """operator, clearance:<agent>, take-over:<agent>, lockdown, resume; none: it is not held."""
+    found: dict[str, FoundMachine] = {}
+    """While HELD (resume): its agents that were not as the engine had left them."""
+    clock: TaskClock = TaskClock()
+
+
+class TaskEvents(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Which events of agents it has not taken yet."""
+
+    since: int = 0
+    """`AgentEventRecord.order` of the last event before its run was admitted."""
+    taken: dict[str, int] = {}
+    """`<agent>|<event>` -> order of the last one that a step took."""
+
+
+class TaskEnding(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What of it was stopped and is not over yet, and how a person wants it to end."""
+
+    stopping: bool = False
+    """The section was stopped and its goals drain."""
+    drain: Drain = ()
+    """What the next part waits for."""
+    cleanups: tuple[Cleanup, ...] = ()
+    """Each `finally` of a stopped sequence that is not over."""
+    abort_now: bool = False
+    """The parts before `recover` are passed over."""
+    abort_reason: str = ""
+
+
+class TaskRestart(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Beginning anew: why it is done now, why it was done before, and whether it may be."""
+
+    why: Again = ""
     """It is being ended to begin anew: after its release it is PENDING with run + 1."""
     spent: bool = False
     """An action that may not be repeated was sent in this run: no preemption, no rebinding."""
     past: tuple[str, ...] = ()
     """Why each earlier run was ended to begin anew, in words."""
-    pilot: str = ""
-    """The pilot on duty for it (`mode: real`)."""
-    notes: tuple[str, ...] = ()
-    """What went wrong in cleanup; the outcome does not change."""
+
+
+class TaskTimes(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Engine times of its life; None: not yet, in this run."""
+
+    submitted_at: Micros = 0
+    assigned_at: Micros | None = None
+    active_at: Micros | None = None
+    ended_at: Micros | None = None
+
+
+class SystemOrder(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What makes a task one of the engine's own; empty: it is none."""
+
+    agent: str = ""
+    """The machine that it commands."""
+    stop: Literal["", "hold", "return", "land", "cut"] = ""
+    """The order that it carries out: it borrows the machine, which stays its task's."""
+
+
+class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A task: what changes together is one part of it. `section` is the part of the tree that runs."""
+
+    id: str
+    name: str
+    order: int
+    """Of admission; tasks are visited in it."""
+    status: TaskStatus = "PENDING"
+    section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
+    run: int = 1
+    """The how-manieth: each restart is another one."""
+    request: TaskRequest
+    family: TaskFamily = TaskFamily()
+    agents: TaskAgents = TaskAgents()
+    hold: TaskHold = TaskHold()
+    events: TaskEvents = TaskEvents()
+    ending: TaskEnding = TaskEnding()
+    outcome: TaskOutcome = TaskOutcome()
+    restart: TaskRestart = TaskRestart()
+    times: TaskTimes = TaskTimes()
+    system: SystemOrder = SystemOrder()
 
     @property
     def ended(self) -> bool:
         """Return whether it has its terminal status."""
         return self.section == "done"
 
-    def cleanup(self, cleanup_id: str) -> Cleanup | None:
-        """Return the `finally` with this id that is not forgotten."""
-        return next((cleanup for cleanup in self.cleanups if cleanup.id == cleanup_id), None)
-
     @property
     def attached(self) -> bool:
         """Return whether it will end with the task that requested it."""
-        return bool(self.parent) and not self.detached and not self.ended
+        return bool(self.family.parent) and not self.family.detached and not self.ended
+
+    def cleanup(self, cleanup_id: str) -> Cleanup | None:
+        """Return the `finally` with this id that is not forgotten."""
+        return next((cleanup for cleanup in self.ending.cleanups if cleanup.id == cleanup_id), None)
+
+
+TaskPart = Literal["request", "family", "agents", "hold", "events", "ending", "outcome", "restart", "times", "system"]
+"""The fields of a `TaskRecord` that are parts."""
 
 
 def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
@@ -322,7 +378,7 @@ def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
 
     A copy of the state may have forgotten children that ended long ago (`show.history.ledger`).
     """
-    mine = [child for child in tasks[task_id].children if child in tasks and tasks[child].attached]
+    mine = [child for child in tasks[task_id].family.children if child in tasks and tasks[child].attached]
     return (task_id, *(one for child in mine for one in family(tasks, child)))
 
 

@@ -90,15 +90,15 @@ def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
     state.tasks[task.id] = task
     if old is None or old.status != task.status:
         board.put(f"/tasks/{task.id}/status", task.status)
-    if old is not None and old.held != task.held:
+    if old is not None and old.hold.causes != task.hold.causes:
         board.touch(f"/tasks/{task.id}/held")
-    if task.roles is not (old.roles if old is not None else None):
+    if task.agents.roles is not (old.agents.roles if old is not None else None):
         _show_grants(board, task)
 
 
 def _show_grants(board: Blackboard, task: TaskRecord) -> None:
-    if task.roles:
-        board.put(grants_key(task.id), task.roles)
+    if task.agents.roles:
+        board.put(grants_key(task.id), task.agents.roles)
     else:
         board.drop(grants_key(task.id))
 
@@ -421,8 +421,9 @@ def load_snapshot(data: bytes) -> EngineState:
         for task, scopes in state.scopes.items()
     }
     for task_id, task in state.tasks.items():
-        if task.params:
-            state.tasks[task_id] = msgspec.structs.replace(task, params=revive(task.params))
+        if task.request.params:
+            wanted = msgspec.structs.replace(task.request, params=revive(task.request.params))
+            state.tasks[task_id] = msgspec.structs.replace(task, request=wanted)
     for goal_id, goal in state.goals.items():
         state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
     for agent_id, happened in state.agent_events.items():

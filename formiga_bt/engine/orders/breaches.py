@@ -142,7 +142,7 @@ class Breaches:
         task = self._core.state.tasks.get(agent.task)
         if order is not None and (order.stop != "hold" or order.scope == "engine"):
             return True
-        return task is not None and (task.section == "recover" or bool(task.system_agent))
+        return task is not None and (task.section == "recover" or bool(task.system.agent))
 
     def _on_ground(self, agent: AgentRecord) -> None:
         if not agent.breach:

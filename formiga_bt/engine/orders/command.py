@@ -79,7 +79,7 @@ class Command:
         elif target:
             for one in family(core.state.tasks, self._task(target).id):
                 task = core.task(one)
-                if not task.system_agent:
+                if not task.system.agent:
                     hold(core, task.id, "operator")
                 for agent in self._orders.machines_of(task):
                     self._orders.stop(agent, stop, by, "task", strict=False)
@@ -98,14 +98,14 @@ class Command:
         elif target:
             tasks = [core.task(one) for one in family(core.state.tasks, self._task(target).id)]
             machines = [agent for task in tasks for agent in self._orders.machines_of(task)]
-            if tasks[0].system_agent and "resume" in tasks[0].held:
+            if tasks[0].system.agent and "resume" in tasks[0].hold.causes:
                 self._check_can_continue(machines[0], steps=False)
                 unhold(core, target, "resume")  # the order that it carries out stands
             else:
                 self._continue_machines(machines, target, tasks)
         else:
             for task_id in list(core.open):
-                if any(_waits_for_word(cause) for cause in core.task(task_id).held):
+                if any(_waits_for_word(cause) for cause in core.task(task_id).hold.causes):
                     self._try_continue(task_id)
             for name in list(core.state.orders):
                 self._try_continue(name)
@@ -114,7 +114,7 @@ class Command:
         """Let go on what waits, of everything: a machine that an order brings home, or down, is named by whoever ends that."""
         core = self._core
         named = [target]
-        if target not in core.state.agents and not core.task(target).system_agent:
+        if target not in core.state.agents and not core.task(target).system.agent:
             tasks = [core.task(one) for one in family(core.state.tasks, target)]
             named = [agent.id for task in tasks for agent in self._orders.machines_of(task)]
         orders = core.state.orders
@@ -129,7 +129,7 @@ class Command:
         core = self._core
         tasks = {t.id: t for t in (core.state.tasks.get(a.task) for a in machines) if t is not None}
         tasks |= {task.id: task for task in named}
-        held = any(_waits_for_word(c) for t in tasks.values() for c in t.held)
+        held = any(_waits_for_word(c) for t in tasks.values() for c in t.hold.causes)
         ordered = [core.state.orders[a.id] for a in machines if a.id in core.state.orders]
         if not held and not ordered:
             raise TaskError("not_held", f"{target} was not stopped, there is nothing to continue")
@@ -139,7 +139,7 @@ class Command:
             self._orders.withdraw(order)
         for task in tasks.values():
             self._keep_stopped(task, machines)
-            for cause in task.held:
+            for cause in task.hold.causes:
                 mine = cause in ("operator", "resume") or cause.removeprefix("operator:") in [a.id for a in machines]
                 if _waits_for_word(cause) and (mine or task.id in [one.id for one in named]):
                     unhold(core, task.id, cause)
@@ -166,9 +166,9 @@ class Command:
     # -- restart, abort ------------------------------------------------------------------------------------------
     def _restart(self, target: str, by: str) -> None:
         task = self._task(target)
-        if task.system_agent:
+        if task.system.agent:
             raise TaskError("system_task", f"{target} is the engine's own; nothing of it can be restarted")
-        if task.section != "steps" or task.stopping:
+        if task.section != "steps" or task.ending.stopping:
             raise TaskError("already_ending", f"{target} is already ending")
         if self._core.state.lockdown is not None:
             raise TaskError("lockdown", "lockdown is on; formiga lockdown release comes first")

@@ -76,7 +76,7 @@ def _stays_low(name: str, agent: AgentRecord, top: float) -> str:
 def came_down(state: EngineState, agent: AgentRecord) -> bool:
     """Return whether a machine came down while the engine was away, in mid-task: its next step may need it in the air."""
     task = state.tasks.get(agent.task)
-    found = task.found.get(agent.id) if task is not None and task.section == "steps" else None
+    found = task.hold.found.get(agent.id) if task is not None and task.section == "steps" else None
     return found is not None and found.flew and agent.landed == "grounded"
 
 
@@ -86,7 +86,7 @@ def way_on(state: EngineState, record: TaskRecord, machines: Iterable[AgentRecor
     for agent in machines:
         if agent.control == "engine" and agent.taken:
             return f"formiga handback {agent.id} --continue|--return|--end"
-        problem = obstacle(state, agent, action, steps=not record.system_agent)
+        problem = obstacle(state, agent, action, steps=not record.system.agent)
         if problem is not None and problem[0] == "rebooted":
             return f"formiga agents clear {agent.id}"
         if problem is not None and problem[0] == "cannot_continue":

@@ -46,7 +46,7 @@ class Lockdowns:
         core.stale.add(EVERYTHING)
         core.effect(Alarm("lockdown", f"lockdown ({given.how}) by {given.by or 'an operator'}"))
         for task_id in list(core.open):
-            if not core.task(task_id).system_agent:
+            if not core.task(task_id).system.agent:
                 hold(core, task_id, "lockdown")
         for agent in list(core.state.agents.values()):
             self._press(agent, now, changed=old is not None)
@@ -75,7 +75,7 @@ class Lockdowns:
         core.stale.add(EVERYTHING)
         for task_id in list(core.open):
             task = core.task(task_id)
-            if task.system_agent or "lockdown" not in task.held:
+            if task.system.agent or "lockdown" not in task.hold.causes:
                 continue
             goals = [g for g in core.state.goals.values() if g.task == task_id]
             stopped = any(a.id in core.state.orders for a in self._orders.machines_of(task))

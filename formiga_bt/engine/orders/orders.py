@@ -131,7 +131,7 @@ class StandingOrders:
         """The task of a machine that was stopped waits for a person; a way home that goes on anyway is not held."""
         task = self._core.state.tasks.get(agent.task)
         order = self._core.state.orders[agent.id]
-        if task is None or task.system_agent or (task.section == "recover" and order.stop == "return"):
+        if task is None or task.system.agent or (task.section == "recover" and order.stop == "return"):
             return
         if scope in ("agent", "all"):
             hold(self._core, task.id, f"operator:{agent.id}")
@@ -148,7 +148,7 @@ class StandingOrders:
         core.emit(ch.OrderPut(order.agent, None))
         core.stale.add(order.agent)
         task = core.state.tasks.get(order.task)
-        if task is not None and task.stop and task.section != "done":
+        if task is not None and task.system.stop and task.section != "done":
             self._replaced = order.agent if replaced else ""
             self._system_tasks.end(task.id)
             self._replaced = ""
@@ -184,7 +184,7 @@ class StandingOrders:
             return
         agent = core.state.agents[agent_id]
         carrier = core.state.tasks.get(order.task)
-        if carrier is not None and carrier.section != "done" and (carrier.stop or agent.task == carrier.id):
+        if carrier is not None and carrier.section != "done" and (carrier.system.stop or agent.task == carrier.id):
             return
         busy = self.is_busy(agent_id)
         if agent.control != "engine" or agent.taken or agent.liveness == "LOST":
@@ -268,19 +268,19 @@ class StandingOrders:
     def carried_out(self, task: TaskRecord) -> None:
         """A system task that carried out an order ended, well or not."""
         core = self._core
-        order = core.state.orders.get(task.system_agent)
+        order = core.state.orders.get(task.system.agent)
         if order is None:  # it was withdrawn while the machine started: that ended in the air
-            if task.system_agent != self._replaced:
-                self.bring_home_if_idle(task.system_agent, task.by)
+            if task.system.agent != self._replaced:
+                self.bring_home_if_idle(task.system.agent, task.request.by)
             return
         if order.task != task.id:
             return
-        agent = core.state.agents[task.system_agent]
+        agent = core.state.agents[task.system.agent]
         core.stale.add(agent.id)
         if agent.landed == "grounded":
             self._settle(replace(order, task=""))
-        elif task.notes and task.notes[-1].startswith("envelope.") and order.stop == "return":
-            self.no_way_home(agent.id, task.notes[-1])
+        elif task.outcome.notes and task.outcome.notes[-1].startswith("envelope.") and order.stop == "return":
+            self.no_way_home(agent.id, task.outcome.notes[-1])
         elif agent.pool == "QUARANTINED":
             self.put(replace(order, task="", state="failed"))
         else:
@@ -322,8 +322,8 @@ class StandingOrders:
     def machines_of(self, task: TaskRecord) -> list[AgentRecord]:
         """Return the machines that a task holds; of a system task, the one that it commands."""
         agents = self._core.state.agents
-        mine = [task.system_agent] if task.system_agent else list(task.granted)
-        return [a for a in (agents[name] for name in mine) if not a.human and (a.task == task.id or task.system_agent)]
+        mine = [task.system.agent] if task.system.agent else list(task.agents.granted)
+        return [a for a in (agents[name] for name in mine) if not a.human and (a.task == task.id or task.system.agent)]
 
     def waiting(self, agent: AgentRecord) -> list[GoalRecord]:
         """Return the goals of a machine that wait at the gate or for a person's word."""
@@ -343,7 +343,7 @@ class StandingOrders:
         `steps=False`: only cleanup and the way home, which wait for no person's word. What can no longer be done ends.
         """
         for goal in self.waiting(agent):
-            if goal.section == "steps" and not steps and not self._core.task(goal.task).outcome:
+            if goal.section == "steps" and not steps and not self._core.task(goal.task).outcome.status:
                 continue  # once its end is decided, what is left of its steps is a `finally`
             if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
                 continue
@@ -370,7 +370,7 @@ class StandingOrders:
         """A person ends a task: it is held no more; machines that hover for it are free to come home."""
         core = self._core
         task = core.task(task_id)
-        if task.system_agent:
+        if task.system.agent:
             return  # the order that it carries out is another task's
         for agent in self.machines_of(task):
             order = core.state.orders.get(agent.id)
@@ -382,7 +382,7 @@ class StandingOrders:
                 self.put(replace(order, scope="engine"))
                 if order.state != "open":
                     self._lift(order, agent)
-        for cause in core.task(task_id).held:
+        for cause in core.task(task_id).hold.causes:
             if cause.startswith("operator") or cause == "resume":
                 unhold(core, task_id, cause)
 

@@ -232,12 +232,12 @@ class Reconcile:
 
     @staticmethod
     def _may_hold(task: TaskRecord) -> bool:
-        return task.status in ("ASSIGNED", "ACTIVE", "ENDING") and not task.system_agent and task.section != "recover"
+        return task.status in ("ASSIGNED", "ACTIVE", "ENDING") and not task.system.agent and task.section != "recover"
 
     def _is_fetched(self, task: TaskRecord) -> bool:
         """Return whether the engine was about to have a machine take off to come home: what flies goes on home by itself."""
-        agent = self._core.state.agents.get(task.system_agent)
-        return agent is not None and task.stop == "return" and agent.landed == "grounded"
+        agent = self._core.state.agents.get(task.system.agent)
+        return agent is not None and task.system.stop == "return" and agent.landed == "grounded"
 
     # -- each step ---------------------------------------------------------------------------------------------------
     def before_input(self, given: inp.Input) -> None:
@@ -330,9 +330,9 @@ class Reconcile:
         task = core.state.tasks.get(agent.task)
         if task is None or not self._may_hold(task):
             return
-        told = MARKS in task.held
+        told = MARKS in task.hold.causes
         hold(core, task.id, MARKS)
-        task = core.put_task(task.id, found={**task.found, agent.id: found})
+        task = core.put_part(task.id, "hold", found={**task.hold.found, agent.id: found})
         if not told:
             text = f"{agent.id} {found.change} while the engine was away; {task.id} waits: {self._way_on(task)}"
             core.effect(inp.Alarm("held_by_resume", text, task.id, agent.id))
@@ -340,7 +340,7 @@ class Reconcile:
     def _way_on(self, task: TaskRecord) -> str:
         core = self._core
         agents = core.state.agents.values()
-        machines = [a for a in agents if not a.human and (a.task == task.id or a.id == task.system_agent)]
+        machines = [a for a in agents if not a.human and (a.task == task.id or a.id == task.system.agent)]
         return way_on(core.state, task, machines, core.action)
 
     # -- from phase to phase -----------------------------------------------------------------------------------------
@@ -388,8 +388,8 @@ class Reconcile:
     def _tell(self) -> None:
         core, resume = self._core, self._resume
         mine = [core.task(one) for one in core.open]
-        going = [task.id for task in mine if not task.held]
-        held = [task for task in mine if MARKS in task.held]
+        going = [task.id for task in mine if not task.hold.causes]
+        held = [task for task in mine if MARKS in task.hold.causes]
         if not mine:
             return
         parts = [f"{', '.join(going)} on"] if going else []

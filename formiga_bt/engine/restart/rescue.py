@@ -41,20 +41,18 @@ class Rescue:
             self._tasks.refuse(task_id, code, reason)
             return
         drain = self._forget_tree(task_id)
-        fields = {} if task.outcome and task.system_agent else {"outcome": "FAILED", "code": code, "reason": reason}
+        outcome = task.outcome
+        if not (outcome.status and task.system.agent):
+            outcome = replace(outcome, status="FAILED", code=code, reason=reason)
+        homes = tuple(replace(r, state="failed") if r.state in UNDER_WAY else r for r in task.agents.recovering)
         core.put_task(
             task_id,
             section="finally" if task.section == "recover" else task.section,  # its way home is begun anew
-            stopping=True,
-            drain=drain,
-            cleanups=(),
-            releasing={},
-            served={},
-            clock=replace(task.clock, paused=()),
-            again="",
-            abort_now=True,
-            recovering=tuple(replace(r, state="failed") if r.state in UNDER_WAY else r for r in task.recovering),
-            **fields,
+            ending=replace(task.ending, stopping=True, drain=drain, cleanups=(), abort_now=True),
+            agents=replace(task.agents, releasing={}, served={}, recovering=homes),
+            hold=replace(task.hold, clock=replace(task.hold.clock, paused=())),
+            restart=replace(task.restart, why=""),
+            outcome=outcome,
         )
         core.effect(Alarm("not_resumed", f"{task_id} is not resumed, its machines come home: {reason}", task_id))
         core.touch(task_id)

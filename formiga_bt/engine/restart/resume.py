@@ -53,9 +53,9 @@ def _restore(core: Core, runs: Runs, recovery: Recovery, task: TaskRecord) -> No
     if task.section in memory:
         steps = section_steps(core.model(task), task.section)
         runs.of(task.id).trees.restore(task.section, steps, "")
-    if task.cleanups:
+    if task.ending.cleanups:
         runs.of(task.id).cleanups.restore()
-    for recovering in task.recovering:
+    for recovering in task.agents.recovering:
         if recovering.section in memory:
             recovery.restore(recovering, runs.of(task.id).trees)
 

@@ -54,7 +54,7 @@ class AgentEvents:
         if len(kept) < KEPT_EVENTS:
             return
         key = f"{agent}|{kept[0].event}"
-        if any(task.events_taken.get(key, 0) >= kept[0].order for task in core.state.tasks.values()):
+        if any(task.events.taken.get(key, 0) >= kept[0].order for task in core.state.tasks.values()):
             return
         if core.count(f"unheard|{agent}") == KEPT_EVENTS + 1:
             what = f"no task took more than {KEPT_EVENTS} events of {agent}, and they are forgotten"

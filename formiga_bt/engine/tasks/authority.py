@@ -183,11 +183,11 @@ class Authority:
             return "lockdown", locked
         task = core.task(request.holder)
         if request.node and clock_stands(task):
-            return "held", ", ".join(task.held)
-        parent = core.state.tasks.get(task.parent) if not task.detached else None
+            return "held", ", ".join(task.hold.causes)
+        parent = core.state.tasks.get(task.family.parent) if not task.family.detached else None
         if parent is not None and clock_stands(parent):
-            return "held", f"{parent.id}: {', '.join(parent.held)}"
-        lack = self._lack(core.model(task), task.by)
+            return "held", f"{parent.id}: {', '.join(parent.hold.causes)}"
+        lack = self._lack(core.model(task), task.request.by)
         if lack:
             return "not_approved", lack
         if not self.pilot(request) and self._binds(request):
@@ -223,16 +223,16 @@ class Authority:
             if self._core.site.pilots[pilot] < machines_of(request):
                 continue
             room, willing = self._room(pilot), []
-            for task in [state.tasks[t] for t in self._core.open if state.tasks[t].pilot == pilot]:
+            for task in [state.tasks[t] for t in self._core.open if state.tasks[t].agents.pilot == pilot]:
                 machines = sum(a.task == task.id and not a.human for a in state.agents.values())
-                if task.again or task.status == "ENDING" or task.outcome:
+                if task.restart.why or task.status == "ENDING" or task.outcome.status:
                     room += machines
                 elif (
                     task.id not in spared
-                    and PRIORITIES[task.priority] > 0
+                    and PRIORITIES[task.request.priority] > 0
                     and not why_not_preemptible(self._core, task)
                 ):
-                    willing.append((-PRIORITIES[task.priority], -task.order, task.id, machines))
+                    willing.append((-PRIORITIES[task.request.priority], -task.order, task.id, machines))
             if room >= machines_of(request):
                 return ()
             victims: list[str] = []
@@ -254,7 +254,7 @@ class Authority:
         """Return the pilot on duty who takes the machines of a request: the one with the most room; "" = none has enough."""
         if not self._binds(request):
             return ""
-        own = self._core.task(request.holder).pilot  # a task has one pilot, whatever it asks for later
+        own = self._core.task(request.holder).agents.pilot  # a task has one pilot, whatever it asks for later
         duty = [pilot for pilot in self._core.site.pilots if pilot in self._core.state.duty and own in ("", pilot)]
         rooms = [(self._room(pilot), pilot) for pilot in duty]
         fit = [(room, pilot) for room, pilot in rooms if room >= machines_of(request)]
@@ -279,7 +279,7 @@ class Authority:
     def _machines_of(self, pilot: str) -> list[str]:
         """Return the machines that tasks of a pilot hold and have not released."""
         state = self._core.state
-        mine = {task for task in self._core.open if state.tasks[task].pilot == pilot}
+        mine = {task for task in self._core.open if state.tasks[task].agents.pilot == pilot}
         return [agent.id for agent in state.agents.values() if agent.task in mine and not agent.human]
 
     def _why_no_pilot(self, request: AgentRequest) -> str:

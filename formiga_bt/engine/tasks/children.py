@@ -35,8 +35,8 @@ class Children:
         core = self._core
         parent = core.task(parent_id)
         bundle = core.library.bundle_for(order.task, parent)
-        wish = Submit(order.task, order.params, order.priority or None, parent.by, bundle)
-        if parent.depth >= MOST_DEEP:
+        wish = Submit(order.task, order.params, order.priority or None, parent.request.by, bundle)
+        if parent.family.depth >= MOST_DEEP:
             why = f"{parent_id} was requested by a task itself, {MOST_DEEP} deep"
             return _refused(order, "too_deep", why, again=False)
         if len(self.open(parent_id)) >= MOST_CHILDREN:
@@ -45,21 +45,21 @@ class Children:
             child = self._intake.submit(wish, parent, order)
         except TaskError as error:
             return _refused(order, error.code, str(error))
-        core.put_task(parent_id, children=(*core.task(parent_id).children, child))
+        core.put_part(parent_id, "family", children=(*core.task(parent_id).family.children, child))
         return child
 
     def open(self, parent_id: str) -> tuple[str, ...]:
         """Return the tasks of a task that have not ended."""
         tasks = self._core.state.tasks
-        return tuple(child for child in self._core.task(parent_id).children if tasks[child].section != "done")
+        return tuple(child for child in self._core.task(parent_id).family.children if tasks[child].section != "done")
 
     def end(self, child_id: str) -> bool:
         """End a task because its parent does, as quickly as that; return whether its end must be waited for."""
         child = self._core.task(child_id)
         if child.section == "done":
             return False
-        how: Literal["", "now"] = "now" if self._core.task(child.parent).abort_now else ""
-        self._core.report(Unwanted(Abort(child_id, how, child.parent, "operator")))
+        how: Literal["", "now"] = "now" if self._core.task(child.family.parent).ending.abort_now else ""
+        self._core.report(Unwanted(Abort(child_id, how, child.family.parent, "operator")))
         return self._core.task(child_id).section != "done"
 
     def hurry(self, parent_id: str) -> None:
@@ -79,8 +79,8 @@ class Children:
 
     def ended(self, child: TaskRecord) -> None:
         """A child has ended: wake who waits for it."""
-        if child.parent:
-            self._core.wake(child.parent, child.parent_node)
+        if child.family.parent:
+            self._core.wake(child.family.parent, child.family.node)
 
 
 def _refused(order: TaskOrder, code: str, reason: str, *, again: bool = True) -> Failure:

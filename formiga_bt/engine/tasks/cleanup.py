@@ -52,7 +52,7 @@ class Cleanups:
         """Take over a `finally`, already running if there is a `tree`; return its end, or None if it is skipped."""
         task = self._task
         section = order.path.partition("/")[0]
-        if self.skip or task.abort_now or section not in TASK_SECTIONS:
+        if self.skip or task.ending.abort_now or section not in TASK_SECTIONS:
             return None
         token = f"finally:{task.id}/{task.run}/{order.path}"
         self._core.emit(ch.ScopePut(task.id, order.alias, self._names(order, tree is not None)))
@@ -60,7 +60,7 @@ class Cleanups:
             id=token, path=order.path, scope=order.alias, after=order.after, error=order.error,
             state="waiting" if tree is None else "running",
         )  # fmt: skip
-        self._core.put_task(task.id, cleanups=(*task.cleanups, cleanup))
+        self._core.put_part(task.id, "ending", cleanups=(*task.ending.cleanups, cleanup))
         if tree is not None:
             self._trees.take_over(token, tree, self._steps(cleanup), order.alias, order.path, order.error)
             self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, task.id, pausable=True)
@@ -119,7 +119,7 @@ class Cleanups:
     # -- life --------------------------------------------------------------------------------------------------------
     def proceed(self) -> None:
         """Start what may start, stop what has had its time, end what has drained. Called before each run of the trees."""
-        for token in [cleanup.id for cleanup in self._task.cleanups]:
+        for token in [cleanup.id for cleanup in self._task.ending.cleanups]:
             cleanup = self._task.cleanup(token)
             if cleanup is None:
                 continue
@@ -147,7 +147,7 @@ class Cleanups:
     def cut(self) -> None:
         """Stop all of them (abort --now, a breach): what has not begun does not begin."""
         self.skip = True
-        for token in [cleanup.id for cleanup in self._task.cleanups]:
+        for token in [cleanup.id for cleanup in self._task.ending.cleanups]:
             cleanup = self._task.cleanup(token)
             if cleanup is not None and cleanup.state == "waiting":
                 self._end(cleanup)
@@ -157,7 +157,7 @@ class Cleanups:
 
     def restore(self) -> None:
         """Rebuild the trees of those that run."""
-        for cleanup in self._task.cleanups:
+        for cleanup in self._task.ending.cleanups:
             if cleanup.state == "running" and cleanup.path in self._core.state.memory.get(self._task_id, {}):
                 self._trees.restore(cleanup.id, self._steps(cleanup), cleanup.scope, cleanup.path, cleanup.error)
 
@@ -182,12 +182,12 @@ class Cleanups:
         core.wake(self._task_id, cleanup.owner)
 
     def _put(self, cleanup: Cleanup) -> None:
-        cleanups = tuple(cleanup if one.id == cleanup.id else one for one in self._task.cleanups)
-        self._core.put_task(self._task_id, cleanups=cleanups)
+        cleanups = tuple(cleanup if one.id == cleanup.id else one for one in self._task.ending.cleanups)
+        self._core.put_part(self._task_id, "ending", cleanups=cleanups)
 
     def _note(self, cleanup: Cleanup, code: str, reason: str) -> None:
         text = f"finally of {cleanup.path}: {code} {reason}".strip()
-        self._core.put_task(self._task_id, notes=(*self._task.notes, text))
+        self._core.put_part(self._task_id, "outcome", notes=(*self._task.outcome.notes, text))
 
     def _deadline(self, token: str) -> NodeDue:
         return NodeDue(self._task_id, token)

@@ -64,7 +64,7 @@ class TaskEnv:
             case "now":
                 return core.now
             case "task" if task is not None:
-                return {"id": task.id, "name": task.name, "priority": task.priority, "run": task.run}
+                return {"id": task.id, "name": task.name, "priority": task.request.priority, "run": task.run}
             case "site":
                 site = core.site
                 ports = {port.name: port.at for port in site.ports.values()}
@@ -73,8 +73,8 @@ class TaskEnv:
             case "error" if self._error is not None:
                 e = self._error
                 return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent}
-            case "abort" if task is not None and task.abort_reason:
-                return {"reason": task.abort_reason}
+            case "abort" if task is not None and task.ending.abort_reason:
+                return {"reason": task.ending.abort_reason}
         raise Unset(name)
 
     def is_set(self, name: str) -> bool:

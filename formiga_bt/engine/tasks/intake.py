@@ -1,12 +1,10 @@
 """How a task comes in: on a person's request, or on that of a step of another task."""
 
-from msgspec.structs import replace
-
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import PublishState, Submit
-from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.records import TaskEvents, TaskFamily, TaskRecord, TaskRequest, TaskTimes
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.taskmodel import root_values
@@ -38,25 +36,28 @@ class Intake:
             raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
         values = root_values(core, model, request.params)
         number = core.state.counters.get("task", 0) + 1
+        family = TaskFamily()
+        if parent is not None and order is not None:
+            depth = parent.family.depth + 1
+            family = TaskFamily(parent=parent.id, node=order.owner, depth=depth, detached=order.detached)
         task = TaskRecord(
             id=f"{model.name}-{number}",
             name=model.name,
             order=number,
-            bundle=model.bundle,
-            version=core.library.number(model),
-            library=core.state.counters.get("library", 0) if parent is None else parent.library,
-            priority=request.priority or model.priority,
-            by=request.by,
-            wait=request.wait,
-            expires=request.expires,
-            submitted_at=core.now,
-            events_from=core.state.counters.get("agent_event", 0),
-            params=dict(request.params),
+            request=TaskRequest(
+                bundle=model.bundle,
+                version=core.library.number(model),
+                library=core.state.counters.get("library", 0) if parent is None else parent.request.library,
+                priority=request.priority or model.priority,
+                by=request.by,
+                wait=request.wait,
+                expires=request.expires,
+                params=dict(request.params),
+            ),
+            family=family,
+            times=TaskTimes(submitted_at=core.now),
+            events=TaskEvents(since=core.state.counters.get("agent_event", 0)),
         )
-        if parent is not None and order is not None:
-            task = replace(
-                task, parent=parent.id, parent_node=order.owner, depth=parent.depth + 1, detached=order.detached
-            )
         wish = self._requests.request(task, values)  # raises before anything is recorded
         core.count("task")
         core.emit(ch.TaskPut(task))

@@ -63,17 +63,17 @@ class Recovery:
         """Start the way home of each machine that the task still holds and that may be airborne."""
         task = self._core.task(task_id)
         for agent_id in self._to_bring(task):
-            last = max((r.attempt for r in task.recovering if r.agent == agent_id), default=0)
+            last = max((r.attempt for r in task.agents.recovering if r.agent == agent_id), default=0)
             self._try(task_id, agent_id, last + 1)
         self.proceed(task_id)
 
     def _to_bring(self, task: TaskRecord) -> list[str]:
         found = []
-        for agent_id in task.granted:
+        for agent_id in task.agents.granted:
             agent = self._core.state.agents[agent_id]
             if agent.human or not self._has(task, agent):
                 continue
-            if self._is_down(agent, "fetch" if task.stop == "return" else "recover"):
+            if self._is_down(agent, "fetch" if task.system.stop == "return" else "recover"):
                 continue
             if self._way(task, agent) is None or self.is_under_way(task.id, agent_id) or self._ordered(task, agent_id):
                 continue
@@ -82,17 +82,17 @@ class Recovery:
 
     @staticmethod
     def _has(task: TaskRecord, agent: AgentRecord) -> bool:
-        return agent.task == task.id or (bool(task.stop) and task.system_agent == agent.id)
+        return agent.task == task.id or (bool(task.system.stop) and task.system.agent == agent.id)
 
     def _ordered(self, task: TaskRecord, agent_id: str) -> bool:
         """Return whether an order of its own brings the machine down: the task's recover waits for its end."""
         order = self._core.state.orders.get(agent_id)
-        return not task.stop and order is not None and order.state == "open" and order.task not in ("", task.id)
+        return not task.system.stop and order is not None and order.state == "open" and order.task not in ("", task.id)
 
     def _way(self, task: TaskRecord, agent: AgentRecord) -> Way | None:
-        if task.stop == "land":
+        if task.system.stop == "land":
             return "land" if self._core.agent_type(agent).land else None
-        if task.stop == "return" and agent.landed == "grounded":
+        if task.system.stop == "return" and agent.landed == "grounded":
             return "fetch" if self._core.agent_type(agent).fetch else None
         return "recover" if self._core.agent_type(agent).recover else None
 
@@ -104,17 +104,17 @@ class Recovery:
 
     def is_under_way(self, task_id: str, agent_id: str) -> bool:
         """Return whether a task brings a machine home now."""
-        return any(r.agent == agent_id and r.state in UNDER_WAY for r in self._core.task(task_id).recovering)
+        return any(r.agent == agent_id and r.state in UNDER_WAY for r in self._core.task(task_id).agents.recovering)
 
     def releases(self, task_id: str) -> None:
         """Go on with releases before the task's end: goal-free, then home if airborne, then free."""
         core = self._core
-        for agent_id, leaving in list(core.task(task_id).releasing.items()):
+        for agent_id, leaving in list(core.task(task_id).agents.releasing.items()):
             agent = core.state.agents[agent_id]
             if agent.task == task_id:
                 if any(not goal.ended for goal in core.index.goals_of(agent_id)):
                     continue
-                cleanups = core.task(task_id).cleanups
+                cleanups = core.task(task_id).ending.cleanups
                 if any(FinallyEnd(one.id) in leaving.after and not one.ended for one in cleanups):
                     continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
@@ -124,16 +124,17 @@ class Recovery:
                     continue
                 self._fleet.release(agent_id)
             task = core.task(task_id)
-            core.put_task(
+            core.put_part(
                 task_id,
-                releasing={a: o for a, o in task.releasing.items() if a != agent_id},
-                roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()},
+                "agents",
+                releasing={a: o for a, o in task.agents.releasing.items() if a != agent_id},
+                roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.agents.roles.items()},
             )
             core.wake(task_id, leaving.owner)
 
     def _try_again(self, task_id: str, agent_id: str) -> None:
         """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""
-        last = next((r for r in self._core.task(task_id).recovering if r.agent == agent_id), None)
+        last = next((r for r in self._core.task(task_id).agents.recovering if r.agent == agent_id), None)
         if has_no_port(self._core, self._core.state.agents[agent_id]) and self._ordered(
             self._core.task(task_id), agent_id
         ):
@@ -152,7 +153,7 @@ class Recovery:
         agent = core.state.agents[agent_id]
         way = self._way(core.task(task_id), agent) or "recover"
         subtree = self._subtree(agent_id, way)
-        first = next((r.first for r in core.task(task_id).recovering if r.agent == agent_id), 1)
+        first = next((r.first for r in core.task(task_id).agents.recovering if r.agent == agent_id), 1)
         if way == "recover" and has_no_port(core, agent):
             self._set(task_id, Recovering(agent_id, attempt, "failed", way=way, first=first))
             if not self._ordered(core.task(task_id), agent_id):
@@ -189,7 +190,7 @@ class Recovery:
         elif code.startswith("envelope.") and now.way == "recover":
             self._set(task_id, replace(now, state="failed"))
             self._note(task_id, f"{code}: {ended.failure.reason}")
-            if not task.stop:
+            if not task.system.stop:
                 core.report(NoWayHome(agent_id, f"{code}: {ended.failure.reason}"))
         elif now.way == "fetch" and (code == "no_clearance" or now.tries >= TRIES):
             self._set(task_id, replace(now, state="failed"))  # it stands where it stood
@@ -206,7 +207,7 @@ class Recovery:
     def try_again(self, task_id: str, agent_id: str) -> None:
         """The pause after a failed way home is over."""
         task = self._core.task(task_id)
-        last = next((r for r in task.recovering if r.agent == agent_id), None)
+        last = next((r for r in task.agents.recovering if r.agent == agent_id), None)
         if last is None or last.state != "waiting":
             return
         agent = self._core.state.agents[agent_id]
@@ -224,7 +225,7 @@ class Recovery:
         return agent.landed == "grounded" and (way != "fetch" or self._fleet.at_port(agent))
 
     def _note(self, task_id: str, text: str) -> None:
-        self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
+        self._core.put_part(task_id, "outcome", notes=(*self._core.task(task_id).outcome.notes, text))
 
     def spot(self, agent: AgentRecord) -> Place:
         """Return where a machine lands that is told to land here: clear of people and machines, if its charge allows."""
@@ -253,7 +254,7 @@ class Recovery:
         state = self._core.state
         found: list[Place] = []
         for task_id in self._core.open:
-            for one in state.tasks[task_id].recovering:
+            for one in state.tasks[task_id].agents.recovering:
                 if one.way == "land" and one.state == "running" and one.agent != but:
                     scope = state.scopes.get(task_id, {}).get(one.section, {})
                     found += [value for value in scope.values() if isinstance(value, Place)]
@@ -273,7 +274,7 @@ class Recovery:
         core = self._core
         core.clear_deadline(HomeOverdue(task_id, agent_id))
         core.clear_deadline(HomeAgain(task_id, agent_id))
-        for one in core.task(task_id).recovering:
+        for one in core.task(task_id).agents.recovering:
             if one.agent == agent_id and one.state == "waiting":
                 self._set(task_id, replace(one, state="failed"))
             elif one.agent == agent_id and one.state == "running":
@@ -285,14 +286,18 @@ class Recovery:
     def proceed(self, task_id: str) -> None:
         """End the task once nothing is under way."""
         task = self._core.task(task_id)
-        if task.section != "recover" or task.stopping or any(r.state in UNDER_WAY for r in task.recovering):
+        if (
+            task.section != "recover"
+            or task.ending.stopping
+            or any(r.state in UNDER_WAY for r in task.agents.recovering)
+        ):
             return
         agents = self._core.state.agents
-        if any(self._has(task, agents[a]) and self._ordered(task, a) for a in task.granted):
+        if any(self._has(task, agents[a]) and self._ordered(task, a) for a in task.agents.granted):
             return  # its order's end calls again
-        tried = {r.agent for r in task.recovering}
+        tried = {r.agent for r in task.agents.recovering}
         late = [a for a in self._to_bring(task) if a not in tried]
-        if late and not task.stop:
+        if late and not task.system.stop:
             for (
                 agent_id
             ) in late:  # it had begun to start when its goal ended, and has told only since then that it flies
@@ -303,9 +308,11 @@ class Recovery:
     def overdue(self, task_id: str, agent_id: str) -> None:
         """The estimate is over: an alarm each minute. Who waits for a spot on which another stands looks for another spot."""
         core = self._core
-        if "resume" not in core.task(task_id).held:  # else it stands, and a person has been asked what becomes of it
+        if (
+            "resume" not in core.task(task_id).hold.causes
+        ):  # else it stands, and a person has been asked what becomes of it
             core.effect(Alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id))
-        if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).recovering):
+        if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).agents.recovering):
             for goal in core.index.goals_of(agent_id):
                 if goal.task == task_id and goal.state == "gated" and goal.code == "spot_busy":
                     core.put_goal(goal.id, state="gate_refused")
@@ -315,5 +322,5 @@ class Recovery:
     def _set(self, task_id: str, recovering: Recovering) -> None:
         core = self._core
         task = core.task(task_id)
-        others = tuple(r for r in task.recovering if r.agent != recovering.agent)
-        core.put_task(task_id, recovering=(*others, recovering))
+        others = tuple(r for r in task.agents.recovering if r.agent != recovering.agent)
+        core.put_part(task_id, "agents", recovering=(*others, recovering))

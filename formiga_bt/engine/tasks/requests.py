@@ -42,7 +42,9 @@ class Requests:
         core = self._core
         model = core.model(task)
         env = TaskEnv(core, task, values)
-        waits = WAIT_US if task.parent and not task.detached else None  # its parent holds agents while it waits
+        waits = (
+            WAIT_US if task.family.parent and not task.family.detached else None
+        )  # its parent holds agents while it waits
         try:
             roles = tuple(self._role(role, env, waits) for role in model.roles.values())
             expires = core.now + micros(model.expires.run(env)) if model.expires else None
@@ -50,12 +52,12 @@ class Requests:
             raise TaskError(
                 "bad_role", f"{model.name}: a role cannot be evaluated: {why_not_computed(error)}"
             ) from error
-        if task.wait is not None:
-            roles = tuple(replace(role, wait_until=core.now + task.wait) for role in roles)
-        if task.expires is not None:
-            expires = core.now + task.expires
+        if task.request.wait is not None:
+            roles = tuple(replace(role, wait_until=core.now + task.request.wait) for role in roles)
+        if task.request.expires is not None:
+            expires = core.now + task.request.expires
         return AgentRequest(
-            holder=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
+            holder=task.id, priority=task.request.priority, order=task.order, at=core.now, roles=roles, expires=expires
         )
 
     def want(
@@ -69,7 +71,7 @@ class Requests:
             for role in roles.values()
         )
         request = AgentRequest(
-            holder=task_id, node=node, priority=task.priority, order=task.order, at=core.now, roles=wanted
+            holder=task_id, node=node, priority=task.request.priority, order=task.order, at=core.now, roles=wanted
         )
         core.emit(ch.RequestPut(request.task, request))
         return request

@@ -67,5 +67,5 @@ class Runs:
         for end in ends:
             run.adopt(end, "!task")
         task = core.task(task_id)
-        core.put_task(task_id, stopping=True, drain=(*task.drain, *ends))
+        core.put_part(task_id, "ending", stopping=True, drain=(*task.ending.drain, *ends))
         core.touch(task_id)

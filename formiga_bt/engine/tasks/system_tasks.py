@@ -11,10 +11,18 @@ from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
-from formiga_bt.engine.kernel.records import Stop, TaskRecord
+from formiga_bt.engine.kernel.records import (
+    Stop,
+    SystemOrder,
+    TaskAgents,
+    TaskRecord,
+    TaskRequest,
+    TaskTimes,
+)
 from formiga_bt.engine.tasks.recovery import UNDER_WAY, Recovery
 from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.run import TaskOutcome
 
 RECOVER_TASK = "Recover"
 
@@ -47,13 +55,19 @@ class SystemTasks:
         core.emit(
             ch.TaskPut(
                 TaskRecord(
-                    id=task_id, name=name, order=order, bundle="system", priority="high", by=by,
-                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
-                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
-                    system_agent=agent_id, stop=stop,
+                    id=task_id,
+                    name=name,
+                    order=order,
+                    status="ACTIVE",
+                    section="finally",
+                    request=TaskRequest(bundle="system", priority="high", by=by),
+                    agents=TaskAgents(roles={"drone": (agent_id,)}, granted=(agent_id,)),
+                    outcome=TaskOutcome(status="SUCCEEDED"),
+                    times=TaskTimes(submitted_at=core.now, assigned_at=core.now, active_at=core.now),
+                    system=SystemOrder(agent=agent_id, stop=stop),
                 )
             )
-        )  # fmt: skip
+        )
         core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
         return task_id
 
@@ -65,8 +79,8 @@ class SystemTasks:
         """End a system task: its order was withdrawn or replaced. Its machine hovers where it is."""
         core = self._core
         task = core.task(task_id)
-        core.put_task(task_id, outcome="CANCELED", code="aborted", reason="another order replaced it")
-        for one in task.recovering:
+        core.put_part(task_id, "outcome", status="CANCELED", code="aborted", reason="another order replaced it")
+        for one in task.agents.recovering:
             if one.state == "running":
                 self._runs.stop(task_id, one.section)
             if one.state in UNDER_WAY:
@@ -77,7 +91,7 @@ class SystemTasks:
     def ordered_home(self, task_id: str) -> None:
         """An order on a machine of a task was carried out: its way home may go on."""
         task = self._core.state.tasks.get(task_id)
-        if task is not None and task.section == "recover" and not task.stop:
+        if task is not None and task.section == "recover" and not task.system.stop:
             self._recovery.begin(task_id)
 
     def grounded(self, task_id: str, agent_id: str) -> None:
@@ -95,7 +109,7 @@ class SystemTasks:
         order, agent = core.state.orders.get(agent_id), core.state.agents[agent_id]
         for task_id in (order.task if order is not None else "", agent.task):
             task = core.state.tasks.get(task_id)
-            if task is not None and task.system_agent == agent_id:
+            if task is not None and task.system.agent == agent_id:
                 unhold(core, task_id, "resume")
 
     def start_recover(self, agent_id: str) -> None:

@@ -93,7 +93,7 @@ class TaskRun:
     @property
     def clock(self) -> Micros:
         """Return the task's own time, which stands still while it is held."""
-        return self._core.task(self.task_id).clock.at(self.now)
+        return self._core.task(self.task_id).hold.clock.at(self.now)
 
     def spend(self) -> None:
         """Count a visit against this input's budget."""
@@ -111,7 +111,7 @@ class TaskRun:
         scopes = state.scopes.get(self.task_id)
         values = (scopes.get(scope) if scopes is not None else None) or NO_VALUES
         if error is None and task.section in ("on_failure", "finally"):
-            error = task.failure
+            error = task.outcome.failure
         return TaskEnv(self._core, task, values, error, extra)
 
     # -- memory ----------------------------------------------------------------------------------------------------
@@ -164,7 +164,7 @@ class TaskRun:
     def deadline(self, path: str) -> Micros | None:
         """Return a node's deadline; of one that stands still, as if it ran from now."""
         timer = NodeDue(self.task_id, path)
-        left = self._core.task(self.task_id).clock.left_of(timer)
+        left = self._core.task(self.task_id).hold.clock.left_of(timer)
         if left is not None:
             return self.now + left
         found = self._core.state.deadlines.get(timer)
@@ -218,15 +218,15 @@ class TaskRun:
     def events_seen(self, agent: str, event: str) -> int:
         """Return the order of the last event of that name that this task took, or of the last before its admission."""
         task = self._core.task(self.task_id)
-        return max(task.events_from, task.events_taken.get(f"{agent}|{event}", 0))
+        return max(task.events.since, task.events.taken.get(f"{agent}|{event}", 0))
 
     def take_event(self, agent: str, event: str, after: int) -> Mapping[str, Any] | None:
         """Take the next event after an order; return its fields with `at`, or None."""
         for one in self._core.state.agent_events.get(agent, ()):
             if one.event == event and one.order > after:
                 task = self._core.task(self.task_id)
-                taken = max(one.order, task.events_taken.get(f"{agent}|{event}", 0))
-                self._core.put_task(self.task_id, events_taken={**task.events_taken, f"{agent}|{event}": taken})
+                taken = max(one.order, task.events.taken.get(f"{agent}|{event}", 0))
+                self._core.put_part(self.task_id, "events", taken={**task.events.taken, f"{agent}|{event}": taken})
                 return {**one.fields, "at": one.at}
         return None
 
@@ -239,13 +239,13 @@ class TaskRun:
 
     def release(self, agent: str, path: str, after: Drain = ()) -> None:
         """Give an agent back."""
-        releasing = {**self._core.task(self.task_id).releasing, agent: Releasing(path, after)}
-        self._core.put_task(self.task_id, releasing=releasing)
+        releasing = {**self._core.task(self.task_id).agents.releasing, agent: Releasing(path, after)}
+        self._core.put_part(self.task_id, "agents", releasing=releasing)
         self._core.touch(self.task_id)
 
     def is_released(self, agent: str) -> bool:
         """Return whether the task no longer holds an agent."""
-        return not any(agent in agents for agents in self._core.task(self.task_id).roles.values())
+        return not any(agent in agents for agents in self._core.task(self.task_id).agents.roles.values())
 
     # -- goals -----------------------------------------------------------------------------------------------------
     def goal_id(self, path: str) -> str:
@@ -305,9 +305,9 @@ class TaskRun:
 
     def take_agents(self, path: str) -> Served | None:
         """Return the allocator's answer, once."""
-        served = self._core.task(self.task_id).served
+        served = self._core.task(self.task_id).agents.served
         if path in served:
-            self._core.put_task(self.task_id, served={key: one for key, one in served.items() if key != path})
+            self._core.put_part(self.task_id, "agents", served={key: one for key, one in served.items() if key != path})
         return served.get(path)
 
     def withdraw_agents(self, path: str) -> tuple[str, ...]:

@@ -28,7 +28,16 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
 from formiga_bt.engine.kernel.inputs import Abort, PublishState
 from formiga_bt.engine.kernel.news import CarriedOut, Leaves, StepsStopped, TaskEnds
-from formiga_bt.engine.kernel.records import Again, AgentRequest, TaskClock, TaskRecord
+from formiga_bt.engine.kernel.records import (
+    Again,
+    AgentRequest,
+    TaskClock,
+    TaskEvents,
+    TaskHold,
+    TaskRecord,
+    TaskRestart,
+    TaskTimes,
+)
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.recovery import Recovery
@@ -39,7 +48,7 @@ from formiga_bt.engine.tasks.treerun import Ended
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.draining import move_on
-from formiga_bt.nodes.run import Failure, Served
+from formiga_bt.nodes.run import Failure, Served, TaskOutcome
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
@@ -85,8 +94,11 @@ class Tasks:
         for agent in machines:
             self._fleet.trust_again(agent)
         core.clear_deadline(TaskDue(task_id, "wait"))
-        core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
-        core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
+        task = core.task(task_id)
+        had = replace(task.agents, roles=roles, granted=machines)
+        times = replace(task.times, assigned_at=core.now)
+        core.put_task(task_id, status="ASSIGNED", agents=had, times=times)
+        core.put_task(task_id, status="ACTIVE", section="steps", times=replace(times, active_at=core.now))
         self._runs.start(task_id, "steps", model.steps)
         if model.timeout is not None:
             after = duration_us(model.timeout, self._runs.of(task_id).env(""))
@@ -99,21 +111,25 @@ class Tasks:
         """The allocator gave the agents that a block of a running task asked for: its node takes them."""
         core = self._core
         task = core.task(request.holder)
-        held = {**task.roles, **{role: (*task.roles.get(role, ()), *agents) for role, agents in roles.items()}}
-        granted = tuple(dict.fromkeys((*task.granted, *(agent for group in roles.values() for agent in group))))
+        held = {
+            **task.agents.roles,
+            **{role: (*task.agents.roles.get(role, ()), *agents) for role, agents in roles.items()},
+        }
+        granted = tuple(dict.fromkeys((*task.agents.granted, *(agent for group in roles.values() for agent in group))))
         anew = {agent for group in roles.values() for agent in group}
         for agent in dict.fromkeys(agent for group in roles.values() for agent in group):
             self._fleet.trust_again(agent)
-        recovering = tuple(replace(r, first=r.attempt + 1) if r.agent in anew else r for r in task.recovering)
+        recovering = tuple(replace(r, first=r.attempt + 1) if r.agent in anew else r for r in task.agents.recovering)
         rebinds = [agent for role in request.roles if role.rebind for agent in roles[role.role]]
-        rebinds += [agent for agent in task.rebinds if not any(agent in agents for agents in roles.values())]
-        core.put_task(
+        rebinds += [agent for agent in task.agents.rebinds if not any(agent in agents for agents in roles.values())]
+        core.put_part(
             task.id,
+            "agents",
             roles=held,
             granted=granted,
             rebinds=tuple(rebinds),
             recovering=recovering,
-            served={**task.served, request.node: Served(roles)},
+            served={**task.agents.served, request.node: Served(roles)},
         )
 
     def refuse_request(self, request: AgentRequest, reason: str) -> None:
@@ -124,7 +140,7 @@ class Tasks:
             return
         core.emit(ch.RequestPut(request.task, None))
         task = core.task(request.holder)
-        core.put_task(task.id, served={**task.served, request.node: Served({}, reason)})
+        core.put_part(task.id, "agents", served={**task.agents.served, request.node: Served({}, reason)})
         core.wake(task.id, request.node)
 
     # -- one step --------------------------------------------------------------------------------------------------
@@ -137,7 +153,7 @@ class Tasks:
             core.woken.pop(task_id, None)
             return
         run = self._runs.of(task_id)
-        if task.cleanups:
+        if task.ending.cleanups:
             run.cleanups.proceed()
         for key in core.woken.pop(task_id, ()):
             run.trees.wake(key)
@@ -149,9 +165,9 @@ class Tasks:
         for ended in sections:
             self._section_ended(task_id, ended)
         task = core.task(task_id)
-        if task.releasing:
+        if task.agents.releasing:
             self._recovery.releases(task_id)
-        if task.releasing or task.stopping or sections:
+        if task.agents.releasing or task.ending.stopping or sections:
             self._drain(task_id)
 
     def _section_ended(self, task_id: str, ended: Ended) -> None:
@@ -159,11 +175,11 @@ class Tasks:
         task = core.task(task_id)
         if (cleanup := task.cleanup(ended.section)) is not None:
             self._runs.of(task_id).cleanups.on_ended(cleanup, ended)
-        elif (home := next((one for one in task.recovering if one.section == ended.section), None)) is not None:
+        elif (home := next((one for one in task.agents.recovering if one.section == ended.section), None)) is not None:
             if ended.fatal:
                 self._runs.stop(task_id, ended.section)
             self._recovery.ended(task_id, home, ended)
-        elif ended.section != task.section or task.stopping:
+        elif ended.section != task.section or task.ending.stopping:
             return
         elif ended.fatal and ended.failure is not None:
             self.fail(task_id, ended.failure.code, ended.failure.reason, ended.failure)
@@ -181,8 +197,8 @@ class Tasks:
     def _decide(
         self, task_id: str, outcome: str, code: str = "", reason: str = "", failure: Failure | None = None
     ) -> None:
-        if not self._core.task(task_id).outcome:
-            self._core.put_task(task_id, outcome=outcome, code=code, reason=reason, failure=failure)
+        if not self._core.task(task_id).outcome.status:
+            self._core.put_part(task_id, "outcome", status=outcome, code=code, reason=reason, failure=failure)
 
     # -- beginning anew ------------------------------------------------------------------------------------------
     def restart(self, task_id: str, why: Again, reason: str = "") -> None:
@@ -191,10 +207,15 @@ class Tasks:
         One that is preempted and says `if_preempted: fail` just ends.
         """
         core = self._core
-        anew = why != "preempted" or core.model(core.task(task_id)).if_preempted == "restart"
-        core.put_task(task_id, again=why if anew else "", abort_reason=why)
+        task = core.task(task_id)
+        anew = why != "preempted" or core.model(task).if_preempted == "restart"
+        core.put_task(
+            task_id,
+            restart=replace(task.restart, why=why if anew else ""),
+            ending=replace(task.ending, abort_reason=why),
+        )
         self._decide(task_id, "CANCELED", "restarted" if why == "restart" else why, reason)
-        if not core.task(task_id).stopping:
+        if not core.task(task_id).ending.stopping:
             self._runs.stop(task_id, "steps")
         core.report(StepsStopped(task_id))
 
@@ -203,21 +224,27 @@ class Tasks:
         task = core.task(task_id)
         core.emit(ch.TaskForget(task_id))
         self._runs.leave(task_id)
+        locked = core.state.lockdown is not None
+        why = f"run {task.run}: {task.restart.why} {task.outcome.reason}".rstrip()
         fresh = TaskRecord(
-            id=task.id, name=task.name, order=task.order, bundle=task.bundle, version=task.version,
-            library=task.library, priority=task.priority,
-            by=task.by, wait=task.wait, expires=task.expires,
-            run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
-            events_from=core.state.counters.get("agent_event", 0),
-            parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
-            notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
-            held=("lockdown",) if core.state.lockdown is not None else (),
-            clock=TaskClock(stands_since=core.now if core.state.lockdown is not None else None),
-        )  # fmt: skip
+            id=task.id,
+            name=task.name,
+            order=task.order,
+            run=task.run + 1,
+            request=task.request,
+            family=replace(task.family, children=()),
+            hold=TaskHold(
+                causes=("lockdown",) if locked else (), clock=TaskClock(stands_since=core.now if locked else None)
+            ),
+            events=TaskEvents(since=core.state.counters.get("agent_event", 0)),
+            outcome=TaskOutcome(notes=task.outcome.notes),
+            restart=TaskRestart(past=(*task.restart.past, why)),
+            times=TaskTimes(submitted_at=task.times.submitted_at),
+        )
         core.emit(ch.TaskPut(fresh))
         core.effect(PublishState(task_id, fresh.status))
         try:
-            values = root_values(core, core.model(fresh), fresh.params)
+            values = root_values(core, core.model(fresh), fresh.request.params)
             wish = self._requests.request(fresh, values)
         except TaskError as error:
             self.refuse(task_id, error.code, str(error))
@@ -226,20 +253,20 @@ class Tasks:
         self._requests.enqueue(wish)
 
     def _note(self, task_id: str, text: str) -> None:
-        self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
+        self._core.put_part(task_id, "outcome", notes=(*self._core.task(task_id).outcome.notes, text))
 
     # -- stopping --------------------------------------------------------------------------------------------------
     def _drain(self, task_id: str) -> None:
         core = self._core
         task = core.task(task_id)
-        if not task.stopping:
+        if not task.ending.stopping:
             return
-        left = move_on(self._runs.of(task_id), task.drain)
-        if len(left) != len(task.drain):
-            core.put_task(task_id, drain=tuple(left))
+        left = move_on(self._runs.of(task_id), task.ending.drain)
+        if len(left) != len(task.ending.drain):
+            core.put_part(task_id, "ending", drain=tuple(left))
         if left:
             return
-        core.put_task(task_id, stopping=False)
+        core.put_part(task_id, "ending", stopping=False)
         if task.section == "recover":
             self._recovery.proceed(task_id)
         else:
@@ -252,10 +279,10 @@ class Tasks:
         breach = code.startswith("envelope.")
         if breach:
             self._runs.of(task_id).cleanups.cut()
-        if task.section == "steps" and not task.stopping:
+        if task.section == "steps" and not task.ending.stopping:
             self._decide(task_id, "FAILED", code, reason, failure or Failure(code, reason, retryable=False))
             self._runs.stop(task_id, "steps", cleanup=not breach)
-        elif task.section in AFTER and not task.stopping:
+        elif task.section in AFTER and not task.ending.stopping:
             self._note(task_id, f"{task.section}: {code} {reason}")
             self._runs.stop(task_id, task.section, cleanup=not breach)
 
@@ -270,11 +297,16 @@ class Tasks:
             raise TaskError("unknown_task", f"there is no task '{order.task}'")
         if task.section == "done" or task.status in ("SUCCEEDED", "FAILED", "CANCELED"):
             raise TaskError("already_ended", f"{order.task} has ended: {task.status}")
-        if task.again:  # it was being ended to begin anew: now it just ends
-            task = core.put_task(task.id, again="", code="aborted", reason=f"by {order.by or 'an operator'}")
+        if task.restart.why:  # it was being ended to begin anew: now it just ends
+            reason = f"by {order.by or 'an operator'}"
+            task = core.put_task(
+                task.id,
+                restart=replace(task.restart, why=""),
+                outcome=replace(task.outcome, code="aborted", reason=reason),
+            )
             if not order.how:
                 return ""
-        if task.stop:
+        if task.system.stop:
             return self._abort_order(task, order)
         if order.how == "abandon":
             return self._abandon(task, order)
@@ -283,17 +315,17 @@ class Tasks:
             self.end(task.id)
             return ""
         if order.how == "now" and task.section != "recover":
-            core.put_task(task.id, abort_now=True)
+            core.put_part(task.id, "ending", abort_now=True)
             self._runs.of(task.id).cleanups.cut()
         elif task.section in ("on_abort", "finally", "recover"):
-            if any(cause.startswith("operator") or cause == "resume" for cause in task.held):
+            if any(cause.startswith("operator") or cause == "resume" for cause in task.hold.causes):
                 core.report(TaskEnds(task.id))  # it ends already, but somebody had stopped that
                 return ""
             raise TaskError("already_ending", f"{order.task} is already ending")
         self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
-        core.put_task(task.id, abort_reason=order.reason)
+        core.put_part(task.id, "ending", abort_reason=order.reason)
         core.report(TaskEnds(task.id))
-        if not task.stopping and task.section != "recover":
+        if not task.ending.stopping and task.section != "recover":
             self._runs.stop(task.id, task.section)
         core.report(StepsStopped(task.id))
         if order.how == "now":
@@ -302,7 +334,7 @@ class Tasks:
 
     def _abort_order(self, task: TaskRecord, order: Abort) -> str:
         """A system task that carries out an order: its machine must not hover with nobody's word."""
-        agent_id = task.system_agent
+        agent_id = task.system.agent
         if order.how != "abandon":
             text = f"{task.id} carries out an order on {agent_id}; give that machine another order, or continue it"
             raise TaskError("system_task", text)
@@ -314,11 +346,11 @@ class Tasks:
     def _abandon(self, task: TaskRecord, order: Abort) -> str:
         core = self._core
         self._decide(task.id, "CANCELED", "aborted", f"abandoned by {order.by or 'an operator'}")
-        core.put_task(task.id, abort_now=True, abort_reason="abandoned")
+        core.put_part(task.id, "ending", abort_now=True, abort_reason="abandoned")
         self._runs.of(task.id).cleanups.cut()
         for section in self._sections(task):
             self._runs.stop(task.id, section)
-        for agent_id in task.granted:
+        for agent_id in task.agents.granted:
             agent = core.state.agents[agent_id]
             if agent.task == task.id and not agent.human:
                 self._goals.lose(agent_id, "in_doubt", "in_doubt")
@@ -329,7 +361,7 @@ class Tasks:
 
     def _sections(self, task: TaskRecord) -> list[str]:
         if task.section == "recover":
-            return [r.section for r in task.recovering if r.state == "running"]
+            return [r.section for r in task.agents.recovering if r.state == "running"]
         return [task.section] if task.section else []
 
     def on_agent_left(self, task_id: str, agent_id: str) -> None:
@@ -339,13 +371,13 @@ class Tasks:
         if may_rebind(core, task, agent_id):
             self.restart(task_id, "agent_lost", f"{agent_id} was lost")
             task = core.task(task_id)
-        roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()}
-        held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
-        core.put_task(task_id, roles=roles)
-        if agent_id in task.releasing:
-            core.wake(task_id, task.releasing[agent_id].owner)
-        if held != task.held:
-            for cause in task.held:
+        roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.agents.roles.items()}
+        held = tuple(c for c in task.hold.causes if not c.endswith(f":{agent_id}"))
+        core.put_part(task_id, "agents", roles=roles)
+        if agent_id in task.agents.releasing:
+            core.wake(task_id, task.agents.releasing[agent_id].owner)
+        if held != task.hold.causes:
+            for cause in task.hold.causes:
                 if cause not in held:
                     unhold(core, task_id, cause)
         if task.section == "recover":
@@ -356,12 +388,12 @@ class Tasks:
     def _next(self, task_id: str) -> None:
         task = self._core.task(task_id)
         if task.section == "steps" and (waited := self._children.end_all(task_id)):
-            self._core.put_task(task_id, stopping=True, drain=(*task.drain, *waited))
+            self._core.put_part(task_id, "ending", stopping=True, drain=(*task.ending.drain, *waited))
             return  # what it leaves open ends first
-        if task.abort_now:
+        if task.ending.abort_now:
             self._enter(task_id, "recover")
         elif task.section == "steps":
-            self._enter(task_id, SECTION_AFTER_STEPS[task.outcome])
+            self._enter(task_id, SECTION_AFTER_STEPS[task.outcome.status])
         else:
             self._enter(task_id, AFTER[task.section])
 
@@ -403,9 +435,9 @@ class Tasks:
             self.fail(task_id, "timeout", "the task's timeout is over")
         elif due.what == "cleanup" and task.section in AFTER:
             self._note(task_id, f"{task.section}: cleanup_timeout is over")
-            core.put_task(task_id, abort_now=True)
+            core.put_part(task_id, "ending", abort_now=True)
             self._runs.of(task_id).cleanups.cut()
-            if not task.stopping:
+            if not task.ending.stopping:
                 self._runs.stop(task_id, task.section)
         elif due.what in ("wait", "expires") and task.status == "PENDING":
             code = "no_agent" if due.what == "wait" else "task_expired"
@@ -425,7 +457,7 @@ class Tasks:
         task = core.task(task_id)
         if task.section == "done" or task.run != run:
             return  # an order that ended with it was the last that it waited for: it has ended by that
-        for agent_id in task.granted:
+        for agent_id in task.agents.granted:
             if core.state.agents[agent_id].task == task_id:
                 self._fleet.release(agent_id)
         for timer in core.index.deadlines_of(task_id):
@@ -433,18 +465,22 @@ class Tasks:
         for question in core.index.questions_of(task_id):
             self._people.close(question)
         core.emit(ch.RequestPut(task_id, None))
-        if task.again:
+        if task.restart.why:
             self._begin_anew(task_id)
             return
         core.put_task(
             task_id,
-            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, roles={}, drain=(),
-            clock=replace(task.clock, paused=()),
-        )  # fmt: skip
+            status=task.outcome.status,
+            section="done",
+            times=replace(task.times, ended_at=core.now),
+            hold=TaskHold(clock=replace(task.hold.clock, paused=())),
+            agents=replace(task.agents, roles={}),
+            ending=replace(task.ending, drain=()),
+        )
         self._children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))
         self._runs.leave(task_id)
-        if task.stop:
+        if task.system.stop:
             core.report(CarriedOut(core.task(task_id)))
         self._forget_oldest()
 
@@ -456,7 +492,7 @@ class Tasks:
             return
         oldest = next(iter(ended))
         del ended[oldest]
-        parent = core.state.tasks.get(core.task(oldest).parent)
+        parent = core.state.tasks.get(core.task(oldest).family.parent)
         if parent is not None and parent.section != "done":
             ended[oldest] = None  # its turn comes again
         else:

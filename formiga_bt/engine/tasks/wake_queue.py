@@ -76,7 +76,7 @@ class WakeQueue:
 
     def _must(self, name: str, touched: Mapping[str, bool]) -> bool:
         task = self._core.state.tasks.get(name)
-        return touched[name] or (task is not None and task.priority == "high")
+        return touched[name] or (task is not None and task.request.priority == "high")
 
     def _order_of(self, name: str) -> int:
         task = self._core.state.tasks.get(name)

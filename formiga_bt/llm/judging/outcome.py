@@ -89,7 +89,7 @@ def _flight(
     source = FoldedSource(log.ledger, site, {one.name: one for one in tasks}, world.catalogue)
     record = log.state.tasks[task_id]
     picture, everywhere = source.task(task_id), source.chart()
-    machines = [one for one in record.granted if not log.state.agents[one].human]
+    machines = [one for one in record.agents.granted if not log.state.agents[one].human]
     ways = {one: [t for t in everywhere.tracks if t.agent == one] for one in machines}
     spots = _spots(everywhere)
     moved = {t.agent for t in everywhere.tracks if not t.human and _span(t.points) > MOVED_M}
@@ -98,11 +98,11 @@ def _flight(
     for verdict in log.state.explanations.get(task_id, ()):
         if verdict.code == "chosen":
             agents[verdict.role] = (*agents.get(verdict.role, ()), verdict.agent)
-    end = record.ended_at if record.ended_at is not None else rehearsal.now
+    end = record.times.ended_at if record.times.ended_at is not None else rehearsal.now
     return RehearsedFlight(
         task=tasks[0].name,
         status=status,
-        code=record.code,
+        code=record.outcome.code,
         reason=_reason(record, log, ways, everywhere, site) if in_time else "it is not over after a long time",
         breach=_breach(rehearsal, task_id),
         short={
@@ -110,12 +110,12 @@ def _flight(
             for one in log.state.explanations.get(task_id, ())
             if one.code == "energy" and (log.state.agents[one.agent].battery or 0.0) >= FULL_PCT
         },
-        duration_s=round((end - record.submitted_at) / 1e6, 1),
+        duration_s=round((end - record.times.submitted_at) / 1e6, 1),
         agents=agents,
         visited={one: _visited(way, _without_home(spots, one, site)) for one, way in ways.items()},
         landed={one: _landings(one, way, log, task_id, spots, site) for one, way in ways.items()},
         stands={one: _stand(one, way, log, spots, site) for one, way in ways.items()},
-        moved_unasked=tuple(sorted(moved - set(record.granted))),
+        moved_unasked=tuple(sorted(moved - set(record.agents.granted))),
         asked=tuple(dict.fromkeys(row.agent for row in log.rows_of([task_id]) if row.action == "Confirm" and row.path)),
         crashes=len(rehearsal.referee.verdict(rehearsal.now).crashes),
         least_battery={one: round(log.least_battery[one], 1) for one in machines if one in log.least_battery},
@@ -138,19 +138,19 @@ def _breach(rehearsal: "Rehearsal", task_id: str) -> float | None:
 
 def _reason(record: "TaskRecord", log: "RunLog", ways: Mapping[str, Sequence[Track]], chart: Chart, site: Site) -> str:
     """Return why a task ended as it did: who was refused, or which action failed and where the machine was then."""
-    if record.code == "no_agent":
+    if record.outcome.code == "no_agent":
         verdicts = log.state.explanations.get(record.id, ())
         served = {v.role for v in verdicts if v.code in ("chosen", "fits")}
         telling = [v for v in verdicts if v.role not in served and v.code != "wrong_type"]
         said = [f"{v.role}: {v.agent} {v.code} {v.detail}".strip() for v in telling]
-        return "; ".join([record.reason, *said[:4]]).strip("; ")
+        return "; ".join([record.outcome.reason, *said[:4]]).strip("; ")
     failed = [row for row in log.rows_of([record.id]) if row.path and row.end is not None and row.state != "succeeded"]
     if record.status == "FAILED" and failed and failed[-1].end is not None and failed[-1].agent in ways:
         row = failed[-1]
         at = _at(ways[row.agent], row.end or 0)
         over = f" while it was over {_named(row.agent, at, _spots(chart), site)}" if at is not None else ""
-        return f"{record.reason}: {row.agent} was to {row.action} {_goal(row, chart, site)}".rstrip() + over
-    return record.reason
+        return f"{record.outcome.reason}: {row.agent} was to {row.action} {_goal(row, chart, site)}".rstrip() + over
+    return record.outcome.reason
 
 
 def _goal(row: "ActionRow", chart: Chart, site: Site) -> str:

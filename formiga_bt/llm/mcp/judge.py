@@ -209,7 +209,7 @@ def _told(rehearsal: "Rehearsal", task: "Task", task_id: str, loaded: Loaded, gr
     for step in rehearsal.steps:
         log.feed(step)
     record, verdict = log.state.tasks[task_id], rehearsal.referee.verdict(rehearsal.now)
-    zero, ended = record.submitted_at, record.ended_at
+    zero, ended = record.times.submitted_at, record.times.ended_at
     status = record.status if ended is not None else "UNFINISHED"
     actions = [
         Did(
@@ -229,8 +229,8 @@ def _told(rehearsal: "Rehearsal", task: "Task", task_id: str, loaded: Loaded, gr
         ok=status == "SUCCEEDED" and not any(broken),
         task=task.name,
         status=status,
-        code=record.code,
-        reason=record.reason if ended is not None else "it did not end in the time given (`hours`)",
+        code=record.outcome.code,
+        reason=record.outcome.reason if ended is not None else "it did not end in the time given (`hours`)",
         duration_s=round(((ended or rehearsal.now) - zero) / SECOND, 1),
         agents=_roles(rehearsal, task_id),
         actions=actions[:MOST_LINES],

@@ -60,11 +60,15 @@ def _end(case: Case, came: Came) -> Iterator[Differs]:
     task, expect = came.task, case.expect
     assert task is not None
     status = task.status.lower() if came.in_time else "no end"
-    why = f" ({task.code}{f': {task.reason}' if task.reason else ''}{place(came.failed_at)})" if task.code else ""
+    why = (
+        f" ({task.outcome.code}{f': {task.outcome.reason}' if task.outcome.reason else ''}{place(came.failed_at)})"
+        if task.outcome.code
+        else ""
+    )
     if status != expect.status:
         yield Differs("status", expect.status, f"{status}{why}" + (f": {came.given_up}" if came.given_up else ""))
-    elif expect.code is not None and not is_code(expect.code, task.code):
-        yield Differs("code", expect.code, f"{task.code or 'none'}{why}")
+    elif expect.code is not None and not is_code(expect.code, task.outcome.code):
+        yield Differs("code", expect.code, f"{task.outcome.code or 'none'}{why}")
     if expect.max_time_s is not None and came.duration_s > expect.max_time_s:
         yield Differs("max_time", _time(expect.max_time_s), _time(came.duration_s))
 

@@ -99,18 +99,18 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
 
 def _roles_now(run: VirtualRun, name: str) -> Mapping[str, tuple[str, ...]]:
     tasks = run.rehearsal.engine.state.tasks.values()
-    return next((task.roles for task in tasks if task.name == name), {})
+    return next((task.agents.roles for task in tasks if task.name == name), {})
 
 
 def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> Came:
     state, played = run.rehearsal.engine.state, run.played
     task = state.tasks.get(played.task_ids[0]) if played.task_ids else None
-    ended_at = task.ended_at if task is not None and task.ended_at is not None else run.rehearsal.now
+    ended_at = task.times.ended_at if task is not None and task.times.ended_at is not None else run.rehearsal.now
     return Came(
         task,
         played.refused[0][1] if played.refused else "",
         in_time,
-        (ended_at - task.submitted_at) / 1e6 if task is not None else 0.0,
+        (ended_at - task.times.submitted_at) / 1e6 if task is not None else 0.0,
         tuple(story.sent(goal, role) for goal, role in story.goals.values()),
         tuple(story.asked.values()),
         tuple(story.notices),
@@ -119,7 +119,7 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         run.verdict(),
         tuple(mocks.unused()),
         tuple(mocks.used.no_use),
-        story.mark_of(task.failure.step) if task is not None and task.failure is not None else None,
+        story.mark_of(task.outcome.failure.step) if task is not None and task.outcome.failure is not None else None,
         tuple(f"{order.order} {order.target} was refused: {why}" for _, order, why in played.orders if why),
     )
 

@@ -202,7 +202,7 @@ class Flights:
     def _goes_on(self, now: Open, agent: AgentRecord) -> Open:
         task = self._tasks.get(agent.task)
         if task is not None and not now.flight.task:
-            told = {"task": task.id, "task_name": task.name, "requester": task.by, "pilot": task.pilot}
+            told = {"task": task.id, "task_name": task.name, "requester": task.request.by, "pilot": task.agents.pilot}
             now = replace(now, flight=replace(now.flight, **told))
         control = "pilot" if agent.control == "engine" and agent.taken else agent.control
         return now if control == now.control else replace(now, control=control)
@@ -234,8 +234,8 @@ class Flights:
         if goal is None:
             return "unknown", "" if agent.liveness == "ALIVE" else "it was not heard of"
         task = self._tasks.get(goal.task)
-        if task is not None and task.stop:
-            return "order", task.stop
+        if task is not None and task.system.stop:
+            return "order", task.system.stop
         if goal.section.startswith("recover"):
             return "recover", f"{goal.action}, {goal.task}"
         return ("task" if goal.task else "order"), goal.action

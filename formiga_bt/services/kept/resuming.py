@@ -237,7 +237,7 @@ class Comeback:
 
     def told(self, site: Site) -> list[str]:
         """Return what people should know of it, in sentences."""
-        mine = [task for task in self.open if not task.system_agent]
+        mine = [task for task in self.open if not task.system.agent]
         if not self.open:
             return []
         away = (
@@ -342,13 +342,13 @@ def _rebuild(found: Comeback, rows: "list[BundleRow]", tasks: Bundles, site: Sit
     kept = {(row.name, row.bundle): row for row in rows}
     before: dict[str, Task] = {}
     for task in found.open:
-        if task.bundle == "system":
+        if task.request.bundle == "system":
             continue
-        model, why = _version(kept, tasks, site, catalogue, task.name, task.bundle)
+        model, why = _version(kept, tasks, site, catalogue, task.name, task.request.bundle)
         if model is None:
             found.lost[task.id] = why
             continue
-        found.rebuilt[task.id] = task.bundle
+        found.rebuilt[task.id] = task.request.bundle
         if task.name not in state.library:
             before[task.name] = model
     for name, versions in state.library.items():

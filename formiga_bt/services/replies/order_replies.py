@@ -23,7 +23,7 @@ def machines(state: EngineState) -> list[AgentRecord]:
 
 def held_tasks(state: EngineState) -> dict[str, tuple[str, ...]]:
     """Return the causes of each open task that is HELD."""
-    return {task.id: task.held for task in state.tasks.values() if task.held and task.section != "done"}
+    return {task.id: task.hold.causes for task in state.tasks.values() if task.hold.causes and task.section != "done"}
 
 
 def same_order(before: StandingOrder | None, after: StandingOrder | None) -> bool:

@@ -23,7 +23,7 @@ def task_detail(
     places: StepPlaces | None,
 ) -> TaskDetail:
     """Return everything about a task; `rows` are its actions, `lines` its notices."""
-    state, failure = index.state, task.failure
+    state, failure = index.state, task.outcome.failure
     nodes = []
     for key in running_leaves(state.memory.get(task.id, {})):
         step = places.of(key) if places is not None else None
@@ -32,12 +32,12 @@ def task_detail(
     return TaskDetail(
         at=index.now,
         task=task_fact(index, task),
-        bundle=task.bundle,
+        bundle=task.request.bundle,
         run=task.run,
-        outcome="" if task.again else task.outcome,
-        roles=dict(task.roles),
-        granted=task.granted,
-        active_at=task.active_at,
+        outcome="" if task.restart.why else task.outcome.status,
+        roles=dict(task.agents.roles),
+        granted=task.agents.granted,
+        active_at=task.times.active_at,
         failure=None
         if failure is None
         else FailureFact(
@@ -47,7 +47,7 @@ def task_detail(
             place=places.place(failure.step) if places is not None else failure.step,
             agent=failure.agent,
         ),
-        notes=tuple(task.notes),
+        notes=tuple(task.outcome.notes),
         running=tuple(nodes),
         goals=tuple(goal_fact(goal) for goal in state.goals.values() if goal.task == task.id and not goal.ended),
         questions=tuple(q.number for q in state.questions.values() if q.task == task.id and q.reply is None),

@@ -153,14 +153,22 @@ class FoldedSource:
         if last < len(going):
             shown = heapq.nsmallest(last, going, key=index.rank)[first:]
         else:
-            ended.sort(key=lambda task: (-(task.ended_at or 0), -task.order))
+            ended.sort(key=lambda task: (-(task.times.ended_at or 0), -task.order))
             shown = [*sorted(going, key=index.rank), *ended][first:last]
         waiting = sum(index.waits(task) for task in going)
         return [task_fact(index, task) for task in shown], len(going) + len(ended), waiting
 
     @staticmethod
     def _fits(index: UrgencyIndex, task: TaskRecord, find: str) -> bool:
-        plain = (task.id, task.code, task.status, task.by, task.reason, *agents_of(task), *task.held)
+        plain = (
+            task.id,
+            task.outcome.code,
+            task.status,
+            task.request.by,
+            task.outcome.reason,
+            *agents_of(task),
+            *task.hold.causes,
+        )
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 
     def _top(self, index: UrgencyIndex, house: int) -> Top:
@@ -179,7 +187,7 @@ class FoldedSource:
             needs_you=len(waits),
             longest_wait_us=index.now - min(waits) if waits else 0,
             alarms=fresh + standing + house,
-            held=sum(bool(task.held) and task.section != "done" for task in state.tasks.values()),
+            held=sum(bool(task.hold.causes) and task.section != "done" for task in state.tasks.values()),
             taken=tuple(
                 (agent.control.upper(), agent.id) for agent in machines if agent.control in ("pilot", "failsafe")
             ),

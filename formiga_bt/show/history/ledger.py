@@ -220,20 +220,20 @@ class Ledger:
         story = self.story(task.id)
         if task.run > story.progress.run:
             story.progress = Progress(task.run)
-        if old is None or old.status != task.status or old.held != task.held or old.run != task.run:
+        if old is None or old.status != task.status or old.hold.causes != task.hold.causes or old.run != task.run:
             self._waits_of(at, task)
-        if task.failure is not None:
-            story.progress.explain(task.failure)
+        if task.outcome.failure is not None:
+            story.progress.explain(task.outcome.failure)
         if task.section == "done" and (old is None or old.section != "done"):
             self._done(at, task, story)
 
     def _waits_of(self, at: Micros, task: TaskRecord) -> None:
-        if task.status == "PENDING" and not task.held:
+        if task.status == "PENDING" and not task.hold.causes:
             self._wait(at, "pending", task.id, task.id, text="waits for agents")
         else:
             self._go_on(at, "pending", task.id)
         held = self.waiting.get(("held", task.id))
-        causes = [cause for cause in task.held if not cause.startswith("clearance:")]  # that is a question
+        causes = [cause for cause in task.hold.causes if not cause.startswith("clearance:")]  # that is a question
         text = "; ".join(hold_words(cause) for cause in causes)
         if held is not None and held.text != text:
             self._go_on(at, "held", task.id)

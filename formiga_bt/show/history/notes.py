@@ -95,13 +95,13 @@ def _attempt(scene: _Scene, key: str, mem: m.RetryMem) -> str:
 
 
 def _stands(task: TaskRecord, key: str) -> bool:
-    return task.clock.left_of(NodeDue(task.id, key)) is not None
+    return task.hold.clock.left_of(NodeDue(task.id, key)) is not None
 
 
 def left_of(state: EngineState, task: TaskRecord, key: str, now: Micros) -> Micros | None:
     """Return the time until the deadline of a node, also of one that stands still; None: it has none."""
     due = NodeDue(task.id, key)
-    left = task.clock.left_of(due)
+    left = task.hold.clock.left_of(due)
     if left is not None:
         return left
     found = state.deadlines.get(due)

@@ -31,38 +31,38 @@ def task_fact(index: UrgencyIndex, task: TaskRecord) -> TaskFact:
         id=task.id,
         name=task.name,
         status=task.status,
-        held=task.held,
+        held=task.hold.causes,
         section="" if over else task.section,
-        priority=task.priority,
-        by=task.by,
-        version=task.version,
+        priority=task.request.priority,
+        by=task.request.by,
+        version=task.request.version,
         newest=_newest(index.state, task),
-        parent=task.parent,
-        children=task.children,
+        parent=task.family.parent,
+        children=task.family.children,
         agents=agents_of(task),
-        code=task.code,
-        reason=task.reason,
+        code=task.outcome.code,
+        reason=task.outcome.reason,
         doing=("throttled; " if slow is not None else "") + index.doing(task),
         throttled_since=slow.since if slow is not None else None,
         needs="" if over else index.needs(task),
         urgent_at=coming[0] if coming is not None else None,
         urgent=coming[1] if coming is not None else "",
-        submitted_at=task.submitted_at,
-        ended_at=task.ended_at,
+        submitted_at=task.times.submitted_at,
+        ended_at=task.times.ended_at,
     )
 
 
 def _newest(state: EngineState, task: TaskRecord) -> int:
     newest = newest_of(state, task.name)
-    return newest.n if newest is not None and not task.system_agent else task.version
+    return newest.n if newest is not None and not task.system.agent else task.request.version
 
 
 def agents_of(task: TaskRecord) -> tuple[str, ...]:
     """Return the agents that a task holds, or had if it is over."""
     if task.section == "done":
-        return task.granted
-    held = tuple(agent for group in task.roles.values() for agent in group)
-    return tuple(dict.fromkeys((*held, *((task.system_agent,) if task.system_agent else ()))))
+        return task.agents.granted
+    held = tuple(agent for group in task.agents.roles.values() for agent in group)
+    return tuple(dict.fromkeys((*held, *((task.system.agent,) if task.system.agent else ()))))
 
 
 def stands_rebooted(agent: AgentRecord) -> bool:

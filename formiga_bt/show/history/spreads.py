@@ -81,12 +81,12 @@ def stats(ledger: Ledger, now: Micros, *, task: str = "", hours: float = 0.0) ->
 
 
 def _task(record: TaskRecord, since: Micros, tasks: Samples, waits: Samples) -> None:
-    if record.active_at is not None and record.active_at >= since:
-        waits.took(record.name, record.active_at - record.submitted_at)
-    if record.ended_at is None or record.ended_at < since:
+    if record.times.active_at is not None and record.times.active_at >= since:
+        waits.took(record.name, record.times.active_at - record.times.submitted_at)
+    if record.times.ended_at is None or record.times.ended_at < since:
         return
-    if record.status == "SUCCEEDED" and record.active_at is not None:
-        tasks.took(record.name, record.ended_at - record.active_at)
+    if record.status == "SUCCEEDED" and record.times.active_at is not None:
+        tasks.took(record.name, record.times.ended_at - record.times.active_at)
     elif record.status == "FAILED":
         tasks.failed(record.name)
 

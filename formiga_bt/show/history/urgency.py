@@ -85,7 +85,7 @@ class UrgencyIndex:
         questions = self.questions.get(task.id)
         if questions:
             return questions[0].number
-        for cause in task.held:
+        for cause in task.hold.causes:
             word, _, agent = cause.partition(":")
             if word == "take-over":
                 record = self.state.agents.get(agent)
@@ -101,14 +101,14 @@ class UrgencyIndex:
         """
         if self.waits(task):
             request = self.requests.get(task.id)
-            priority = PRIORITIES[task.priority if request is None else request.priority]
-            return 2, priority, 0, task.submitted_at, task.order
+            priority = PRIORITIES[task.request.priority if request is None else request.priority]
+            return 2, priority, 0, task.times.submitted_at, task.order
         coming = self.urgent(task)
         return (
             0 if self._calls(task) else 1,
             coming[0] if coming is not None else NEVER,
             RANK.get(task.status, 4),
-            task.submitted_at,
+            task.times.submitted_at,
             task.order,
         )
 
@@ -117,24 +117,26 @@ class UrgencyIndex:
         return task.status == "PENDING" and not self._calls(task)
 
     def _calls(self, task: TaskRecord) -> bool:
-        return task.id in self.questions or bool(task.held and self.needs(task))
+        return task.id in self.questions or bool(task.hold.causes and self.needs(task))
 
     # -- what is done ------------------------------------------------------------------------------------------------
     def doing(self, task: TaskRecord) -> str:
         """Return what a task does or waits for, in words."""
         if task.section == "done":
-            return say(REASONS, task.code) if task.code else ""
-        held = [cause for cause in task.held if not cause.startswith("clearance:")]  # of that there is a question
+            return say(REASONS, task.outcome.code) if task.outcome.code else ""
+        held = [
+            cause for cause in task.hold.causes if not cause.startswith("clearance:")
+        ]  # of that there is a question
         words = [f"held: {'; '.join(hold_words(cause) for cause in held)}"] if held else []
         words += [
             f"{q.number} asks {', '.join(q.asked) or 'nobody'}, {span(self.now - q.asked_at)}"
             for q in self.questions.get(task.id, ())
         ]
         words += [_goal(goal) for goal in self.goals.get(task.id, ())]
-        words += [f"{r.agent} is brought home" for r in task.recovering if r.state in ("running", "waiting")]
+        words += [f"{r.agent} is brought home" for r in task.agents.recovering if r.state in ("running", "waiting")]
         if task.id in self.requests and not words:
             words.append(f"waits for agents, {span(self.now - self.requests[task.id].at)}")
-        words += [f"{child} {self.state.tasks[child].status}" for child in task.children if self._is_open(child)]
+        words += [f"{child} {self.state.tasks[child].status}" for child in task.family.children if self._is_open(child)]
         if not words and task.status in ("ACTIVE", "ENDING"):
             words.append("waits" if task.section == "steps" else task.section.replace("_", " "))
         more = f"; and {len(words) - MOST} more" if len(words) > MOST else ""

@@ -51,11 +51,11 @@ def text_of(
         "formiga_test: 1",
         *(f"{key}: {_quoted(name)}" for key, name in files.items()),
         "cases:",
-        f"  - name: {_quoted(f'{task.id}{run} on {in_words(task.submitted_at, zone)}')}",
+        f"  - name: {_quoted(f'{task.id}{run} on {in_words(task.times.submitted_at, zone)}')}",
     ]
     params = {
         name: literal(value, model.params[name].type if name in model.params else None, site)
-        for name, value in task.params.items()
+        for name, value in task.request.params.items()
         if value is not None
     }
     if params:
@@ -145,7 +145,7 @@ def _at(story: CaseStory, at: Micros) -> dict[str, str]:
 def _agents(story: CaseStory, site: Site) -> Iterator[tuple[str, dict[str, str], str]]:
     """Yield how the fleet differed from the site at rest, and why; who was busy with something else is not there."""
     task = story.task
-    mine = {*task.granted, *(one.agent for one in story.sent)}
+    mine = {*task.agents.granted, *(one.agent for one in story.sent)}
     for name, known in site.agents.items():
         agent = story.began.agents.get(name)
         why = "no engine had seen it" if agent is None else "" if agent.human or name in mine else _away(agent, task.id)
@@ -254,7 +254,7 @@ def _orders(story: CaseStory, site: Site) -> Iterator[dict[str, str]]:
 def _expect(story: CaseStory, loose: Collection[str]) -> Iterator[str]:
     task = story.task
     yield f"status: {task.status.lower()}"
-    code = written_code(task.code)
+    code = written_code(task.outcome.code)
     if task.status != "SUCCEEDED" and code:
         yield f"code: {code}"
     if "actions" not in loose:

@@ -110,9 +110,9 @@ def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> C
     record = machine.record(task_id)
     if record is None:
         raise UnusableFile(f"the journal knows no task '{task_id}'; formiga replay lists those of a moment")
-    if record.ended_at is None:
+    if record.times.ended_at is None:
         raise UnusableFile(f"{task_id} has not ended; its story becomes a case when it has")
-    if record.submitted_at < machine.first:
+    if record.times.submitted_at < machine.first:
         raise UnusableFile(f"{task_id} began before the journal does; what is missing cannot be played again")
     runs = _runs(machine, record)
     begin = (
@@ -121,10 +121,10 @@ def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> C
         else max((n + 1 for n, run in enumerate(runs) if run.ended_by == "preempted"), default=0)
     )
     first = runs[begin]
-    story = CaseStory(record, runs, first, machine.state(first.at), machine.state(record.ended_at))
+    story = CaseStory(record, runs, first, machine.state(first.at), machine.state(record.times.ended_at))
     reader = _Reader(story)
     # All steps: that a machine is silent, or back, is no step of its task.
-    for kept in machine.events(machine.journal.seq_at(first.at - 1), machine.journal.seq_at(record.ended_at)):
+    for kept in machine.events(machine.journal.seq_at(first.at - 1), machine.journal.seq_at(record.times.ended_at)):
         reader.take(kept.step)
     story.faults += reader.open_faults()
     story.faults.sort(key=lambda fault: fault.at)
@@ -133,7 +133,7 @@ def story_of(machine: TimeMachine, task_id: str, *, last_run: bool = False) -> C
 
 def _runs(machine: TimeMachine, record: TaskRecord) -> tuple[CaseRun, ...]:
     found: list[CaseRun] = []
-    begun, again = record.submitted_at, ""
+    begun, again = record.times.submitted_at, ""
     got: dict[int, Micros] = {}
     begins = {1: begun}
     ends: dict[int, str] = {}
@@ -144,9 +144,9 @@ def _runs(machine: TimeMachine, record: TaskRecord) -> tuple[CaseRun, ...]:
             task = change.task
             if task.run not in begins:
                 begins[task.run], ends[task.run - 1] = kept.at, again
-            if task.assigned_at is not None:
-                got.setdefault(task.run, task.assigned_at)
-            again = task.again or again
+            if task.times.assigned_at is not None:
+                got.setdefault(task.run, task.times.assigned_at)
+            again = task.restart.why or again
     for number, begun in sorted(begins.items()):
         at = got.get(number, begun)
         found.append(CaseRun(number, at, at - begun, ends.get(number, "")))
@@ -189,7 +189,7 @@ class _Reader:
                 case ch.Granted(task, roles) if holder_of(task) == self._id:
                     self._roles |= roles
                 case ch.TaskPut(task) if task.id == self._id:
-                    self._now = task.roles or self._now
+                    self._now = task.agents.roles or self._now
                 case ch.QuestionPut(question) if question.task == self._id and question.asked_at >= story.at:
                     story.questions[question.id] = question
                 case ch.GoalPut(goal) if goal.task == self._id and goal.action != CONFIRM:

@@ -229,7 +229,9 @@ def _went(ledger: Ledger, fix: Fix) -> None:
 
 
 def _begins(step: EngineStep, task_id: str) -> bool:
-    return any(type(c) is ch.TaskPut and c.task.id == task_id and c.task.submitted_at == step.at for c in step.changes)
+    return any(
+        type(c) is ch.TaskPut and c.task.id == task_id and c.task.times.submitted_at == step.at for c in step.changes
+    )
 
 
 def _agents_of(steps: Iterable[EngineStep], task_id: str) -> list[str]:
@@ -237,7 +239,7 @@ def _agents_of(steps: Iterable[EngineStep], task_id: str) -> list[str]:
     for step in steps:
         for change in step.changes:
             if type(change) is ch.TaskPut and change.task.id == task_id:
-                found.update(dict.fromkeys(change.task.granted))
+                found.update(dict.fromkeys(change.task.agents.granted))
             elif type(change) is ch.GoalPut and change.goal.task == task_id:
                 found[change.goal.agent] = None
     return list(found)
@@ -273,14 +275,14 @@ def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:
 
 def _close(ledger: Ledger, task: TaskRecord) -> None:
     """End what a task that is over cannot wait for any more: its end may not have been about the task."""
-    if task.ended_at is None:
+    if task.times.ended_at is None:
         return
     for (kind, of), row in list(ledger.waiting.items()):
         if row.task == task.id:
             del ledger.waiting[kind, of]
-            row.end = task.ended_at
+            row.end = task.times.ended_at
             if row.end > row.start:
                 ledger.story(task.id).waits.append(row)
     for action in ledger.story(task.id).rows:
         if action.end is None:
-            action.end, action.state = task.ended_at, "withdrawn"
+            action.end, action.state = task.times.ended_at, "withdrawn"

@@ -138,11 +138,11 @@ class JournalSource:
     def _refuse_later(self, task_id: str, at: Micros) -> None:
         """Refuse to look at a task at a moment at which nobody had requested it."""
         task = self.machine.record(task_id)
-        if task is not None and task.submitted_at > at:
+        if task is not None and task.times.submitted_at > at:
             raise TaskError(
                 NOT_YET,
-                f"{task_id} was requested at {in_words(task.submitted_at, self._zone)}, after the moment that is looked at: "
-                f"{in_words(at, self._zone)}",
+                f"{task_id} was requested at {in_words(task.times.submitted_at, self._zone)}, after the moment that "
+                f"is looked at: {in_words(at, self._zone)}",
                 help=f'--at "{task_id} start" is its beginning, --at "{task_id} end" its end',
             )
 
@@ -150,7 +150,11 @@ class JournalSource:
 def _is_in(ledger: Ledger, task_id: str) -> bool:
     """Return whether anything of a task lies in what was folded."""
     task, story = ledger.state.tasks[task_id], ledger.stories[task_id]
-    return task.section != "done" or bool(story.rows or story.waits) or (task.ended_at or 0) >= (ledger.started_at or 0)
+    return (
+        task.section != "done"
+        or bool(story.rows or story.waits)
+        or (task.times.ended_at or 0) >= (ledger.started_at or 0)
+    )
 
 
 def _splice(ledger: Ledger, own: Ledger, task_id: str) -> None:

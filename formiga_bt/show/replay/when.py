@@ -94,10 +94,10 @@ def _of_the_day(hour: int, minute: int, second: float, times: MomentWords) -> Mi
 
 def _of_task(task: TaskRecord, which: str, times: MomentWords) -> Micros:
     if which == "start":
-        return task.submitted_at
+        return task.times.submitted_at
     if which == "active":
-        return task.active_at if task.active_at is not None else task.submitted_at
-    return task.ended_at if task.ended_at is not None else times.last
+        return task.times.active_at if task.times.active_at is not None else task.times.submitted_at
+    return task.times.ended_at if task.times.ended_at is not None else times.last
 
 
 def _date(at: Micros, zone: tzinfo) -> datetime:

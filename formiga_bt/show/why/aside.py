@@ -38,7 +38,7 @@ def making_room(request: AgentRequest) -> Iterator[Because]:
 
 def earlier_runs(task: TaskRecord) -> Iterator[Because]:
     """Tell why a task began anew, for each of its earlier runs."""
-    for line in task.past:
+    for line in task.restart.past:
         run, _, rest = line.partition(": ")
         word, _, more = rest.partition(" ")
         text = f"{run} {ENDED.get(word, word)}" + (f" {more}" if word == "preempted" else f" ({more})" if more else "")

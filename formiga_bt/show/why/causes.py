@@ -115,20 +115,20 @@ class _Waits:
     def all(self) -> Iterator[Cause]:
         """Iterate over everything that the task has under way."""
         task = self.task
-        yield from map(self._held, task.held)
+        yield from map(self._held, task.hold.causes)
         if task.status == "PENDING":
             yield self._request(self.state.requests.get(task.id), "")
             return
         found = list(self._nodes())
         yield from found
         yield from self._recovering()
-        for agent in task.releasing:
+        for agent in task.agents.releasing:
             yield self._leaving(agent)
-        for cleanup in task.cleanups:
+        for cleanup in task.ending.cleanups:
             if not cleanup.ended:
                 yield self._cleanup(cleanup)
-        if task.stopping:
-            yield from self._drain(task.drain, "!task")
+        if task.ending.stopping:
+            yield from self._drain(task.ending.drain, "!task")
         elif task.section in SECTIONS:
             yield from self._covered(task.section, found)
         elif task.section == "recover":
@@ -173,7 +173,7 @@ class _Waits:
             case WithMem("waits"):
                 yield self._block(key)
             case WithMem("releases", agents):
-                names = [name for group in agents.values() for name in group if name in self.task.releasing]
+                names = [name for group in agents.values() for name in group if name in self.task.agents.releasing]
                 yield Cause("release" if names else "", key, ", ".join(names))
             case TimeoutMem() | LiveMem() | GatherMem() if mem.halting:
                 yield from self._drain(mem.drain, key)
@@ -194,7 +194,7 @@ class _Waits:
 
     def _do(self, key: str, goal_id: str) -> Cause:
         if goal_id in self.state.agents:  # a `release`
-            return Cause("release" if goal_id in self.task.releasing else "", key, goal_id)
+            return Cause("release" if goal_id in self.task.agents.releasing else "", key, goal_id)
         goal = self.state.goals.get(goal_id)
         return Cause("" if goal is None else self.goal(goal), key, goal_id)
 
@@ -202,7 +202,7 @@ class _Waits:
         return Cause("time" if self._is_set(NodeDue(self.task.id, key)) else "", key, "its deadline")
 
     def _is_set(self, due: Timer) -> bool:
-        return due in self.state.deadlines or self.task.clock.left_of(due) is not None
+        return due in self.state.deadlines or self.task.hold.clock.left_of(due) is not None
 
     def _block(self, key: str) -> Cause:
         name = request_id(self.task.id, key)
@@ -236,7 +236,7 @@ class _Waits:
                 stands = CancelDue(goal.id) in wall and GraceDue(goal.id) in wall
             case "interrupted":
                 ordered = agent.id in state.orders or agent.taken or agent.control != "engine"
-                stands = bool(self.task.held) or ordered
+                stands = bool(self.task.hold.causes) or ordered
             case _:
                 stands = False  # it has ended, and nobody took its end
         return f"goal.{goal.state}" if stands else ""
@@ -258,7 +258,7 @@ class _Waits:
                 other = state.goals.get(agent.goal)
                 return other is not None and other.in_flight
             case "held":
-                return bool(self.task.held)
+                return bool(self.task.hold.causes)
             case "reconcile":
                 return state.resume is not None
             case "rebooted":
@@ -320,13 +320,13 @@ class _Waits:
         """A machine is being given back: it has a goal still, or is brought home, or a `finally` may still command it."""
         task = self.task
         busy = any(goal.agent == agent_id and not goal.ended for goal in self.state.goals.values())
-        after = task.releasing[agent_id].after
-        kept = any(FinallyEnd(cleanup.id) in after and not cleanup.ended for cleanup in task.cleanups)
-        home = any(one.agent == agent_id and one.state in ("running", "waiting") for one in task.recovering)
+        after = task.agents.releasing[agent_id].after
+        kept = any(FinallyEnd(cleanup.id) in after and not cleanup.ended for cleanup in task.ending.cleanups)
+        home = any(one.agent == agent_id and one.state in ("running", "waiting") for one in task.agents.recovering)
         return Cause("release" if busy or kept or home else "", agent_id, agent_id)
 
     def _recovering(self) -> Iterator[Cause]:
-        for one in self.task.recovering:
+        for one in self.task.agents.recovering:
             if one.state == "waiting":
                 is_set = HomeAgain(self.task.id, one.agent) in self.state.deadlines
                 yield Cause("recover.pause" if is_set else "", one.agent, "the end of its pause")
@@ -336,9 +336,9 @@ class _Waits:
     def _way_home(self) -> Iterator[Cause]:
         """In `recover`: a machine is on its way, waits for its next try, or comes down by an order of its own."""
         task, state = self.task, self.state
-        if any(one.state in ("running", "waiting") for one in task.recovering):
+        if any(one.state in ("running", "waiting") for one in task.agents.recovering):
             return
-        for agent_id in task.granted:
+        for agent_id in task.agents.granted:
             order = state.orders.get(agent_id)
             agent = state.agents[agent_id]
             if agent.task != task.id or order is None or order.state == "done" or order.task == task.id:

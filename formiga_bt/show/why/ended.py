@@ -19,15 +19,25 @@ STATES: Final = {"succeeded": "", "failed": " failed", "running": " (runs)"}
 
 def outcome(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell how a task's steps ended, and why."""
-    if task.outcome == "SUCCEEDED":
-        took = f" after {span(task.ended_at - task.submitted_at)}" if task.ended_at is not None else ""
+    if task.outcome.status == "SUCCEEDED":
+        took = (
+            f" after {span(task.times.ended_at - task.times.submitted_at)}" if task.times.ended_at is not None else ""
+        )
         yield Because("succeeded", f"it succeeded{took}" if task.section == "done" else "its steps succeeded")
     else:
-        words = say(REASONS, task.code)
-        reason = f": {task.reason}" if task.reason and task.reason not in (*REPEATS, words) else ""
-        said = "" if task.code != "aborted" or task.abort_reason in UNSAID else f" ({task.abort_reason})"
-        yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}{said}")
-    failure = task.failure
+        words = say(REASONS, task.outcome.code)
+        reason = (
+            f": {task.outcome.reason}" if task.outcome.reason and task.outcome.reason not in (*REPEATS, words) else ""
+        )
+        said = (
+            ""
+            if task.outcome.code != "aborted" or task.ending.abort_reason in UNSAID
+            else f" ({task.ending.abort_reason})"
+        )
+        yield Because(
+            task.outcome.code or "ended", f"{task.outcome.status} ({task.outcome.code}): {words}{reason}{said}"
+        )
+    failure = task.outcome.failure
     if failure is not None and failure.step:
         agent = f" with {failure.agent}" if failure.agent else ""
         text = f"first failed: {scene.place(task, failure.step)}{agent}"
@@ -65,10 +75,12 @@ def _ended_as(action: ActionFact) -> str:
 
 def _children(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell of the tasks that it requested and that did not succeed."""
-    for one in task.children:
+    for one in task.family.children:
         child = scene.state.tasks.get(one)
-        if child is not None and child.ended and child.outcome != "SUCCEEDED":
-            text = f"its task {child.id} {child.outcome} ({child.code}): {say(REASONS, child.code)}"
+        if child is not None and child.ended and child.outcome.status != "SUCCEEDED":
+            text = (
+                f"its task {child.id} {child.outcome.status} ({child.outcome.code}): {say(REASONS, child.outcome.code)}"
+            )
             yield Because("child", text, f"formiga why {child.id}", depth=1)
 
 
@@ -81,16 +93,16 @@ def _section(action: ActionFact) -> str:
 def _cleanup(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what was done after the steps, what went wrong in it, and what became of the machines."""
     found = [one for one in _of_this_run(scene, task) if _section(one) in CLEANUP and one.action != "Confirm"]
-    if found and task.outcome != "SUCCEEDED":
+    if found and task.outcome.status != "SUCCEEDED":
         told = ", ".join(f"{one.agent}.{one.action}{STATES.get(one.state, ' ' + one.state)}" for one in found[-TRIES:])
         yield Because("cleanup", f"after that: {told}")
-    for note in task.notes:
+    for note in task.outcome.notes:
         yield Because("note", f"while it cleaned up: {note}")
-    for one in task.recovering:
+    for one in task.agents.recovering:
         if one.state == "failed":
             hint = f"look at it, then: formiga agents clear {one.agent}"
             yield Because("stayed", f"{one.agent} could not be brought home ({one.tries} tries)", hint, one.agent)
-    for agent in [scene.state.agents[one] for one in dict.fromkeys(task.granted) if one in scene.state.agents]:
+    for agent in [scene.state.agents[one] for one in dict.fromkeys(task.agents.granted) if one in scene.state.agents]:
         if task.section == "done" and agent.pool == "PARKED_AWAY" and not agent.task:
             text = f"{agent.id} stands away from its port"
             yield Because("parked_away", text, f"formiga return {agent.id}", agent.id)

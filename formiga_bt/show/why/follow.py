@@ -102,9 +102,9 @@ def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[
     if task.status == "PENDING":
         yield Because("pending", f"{task.id} waits for agents itself", f"formiga why {task.id}")
         return
-    if task.held:
+    if task.hold.causes:
         hint = " | ".join(ways_on(scene.state, task, scene.catalogue))
-        for cause in task.held:
+        for cause in task.hold.causes:
             word, _, agent = cause.partition(":")
             text = say(HOLDS, f"{word}:" if agent and f"{word}:" in HOLDS else word, agent=agent)
             asks = list(clearance_asked(scene, agent)) if word == "clearance" else []
@@ -123,8 +123,8 @@ def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[
             yield Because(line.code, f"{task.id}: {line.text}{_more(len(mine) - 1)}", agent=goal.agent)
             yield from deeper(behind_gate(scene, goal, seen))
         return
-    children = [scene.state.tasks[one] for one in task.children if one in scene.state.tasks]
-    waited = [child for child in children if not child.ended and not child.detached]
+    children = [scene.state.tasks[one] for one in task.family.children if one in scene.state.tasks]
+    waited = [child for child in children if not child.ended and not child.family.detached]
     if waited:
         child = waited[0]
         text = f"{task.id} waits for its task {child.id}, which is {child.status}"

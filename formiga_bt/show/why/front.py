@@ -52,7 +52,9 @@ def explain(
     scene = WhyScene(state, now, models, catalogue, wall, desk, actions)
     task = state.tasks.get(of)
     if task is not None:
-        return f"{task.id} {task.status}" + (" HELD" if task.held else ""), _not_itself(of, why_task(scene, task))
+        return f"{task.id} {task.status}" + (" HELD" if task.hold.causes else ""), _not_itself(
+            of, why_task(scene, task)
+        )
     agent = state.agents.get(of)
     if agent is not None:
         return f"{agent.id} {agent.pool}", _not_itself(of, why_machine(scene, agent))
@@ -85,7 +87,7 @@ def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:
             *earlier_runs(task),
         ]
     over = task.section == "done"
-    lines = [*outcome(scene, task)] if task.outcome and (over or not task.again) else []
+    lines = [*outcome(scene, task)] if task.outcome.status and (over or not task.restart.why) else []
     if not over:
         lines += [*away(scene), *stopped(scene, task)]
         lines += silent(scene, _agents_of(scene, task))
@@ -95,18 +97,20 @@ def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:
 
 def _older(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     newest = newest_of(scene.state, task.name)
-    if newest is not None and newest.bundle != task.bundle and not task.system_agent:
-        text = f"it runs version {task.version} of {task.name} to its end; new requests get version {newest.n}"
+    if newest is not None and newest.bundle != task.request.bundle and not task.system.agent:
+        text = f"it runs version {task.request.version} of {task.name} to its end; new requests get version {newest.n}"
         yield Because("version", text)
 
 
 def _requested(task: TaskRecord) -> Iterator[Because]:
-    if task.parent:
-        ends = "outlives it" if task.detached else "ends with it"
-        yield Because("parent", f"{task.parent} requested it, and it {ends}", f"formiga why {task.parent}")
+    if task.family.parent:
+        ends = "outlives it" if task.family.detached else "ends with it"
+        yield Because(
+            "parent", f"{task.family.parent} requested it, and it {ends}", f"formiga why {task.family.parent}"
+        )
 
 
 def _agents_of(scene: WhyScene, task: TaskRecord) -> list[str]:
     """Return the agents that a task depends on now."""
     mine = [goal.agent for goal in scene.state.goals.values() if goal.task == task.id and not goal.ended]
-    return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.granted]
+    return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.agents.granted]

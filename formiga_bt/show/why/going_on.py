@@ -18,8 +18,8 @@ CLEAR = "formiga agents clear {agent}"
 def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
     """Return the machines of a task and of those that it requested and that end with it; none if it is unknown."""
     tasks = list(_family(state, task_id))
-    ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
-        t.system_agent for t in tasks
+    ids = {agent for task in tasks for group in task.agents.roles.values() for agent in group} | {
+        t.system.agent for t in tasks
     }
     return sorted((a for a in state.agents.values() if not a.human and a.id in ids), key=listing)
 
@@ -30,7 +30,7 @@ def _family(state: EngineState, task_id: str) -> Iterator[TaskRecord]:
     if task is None:
         return
     yield task
-    for child in task.children:
+    for child in task.family.children:
         if child in state.tasks and state.tasks[child].attached:
             yield from _family(state, child)
 
@@ -60,7 +60,7 @@ def stays(state: EngineState, task_id: str, catalogue: Catalogue | None) -> str:
     if state.lockdown is not None:
         return "the site is locked down"
     task = state.tasks.get(task_id)
-    steps = task is None or not task.system_agent
+    steps = task is None or not task.system.agent
     found = [in_the_way(state, agent, catalogue, steps=steps) for agent in machines_of(state, task_id)]
     return "; ".join(problem[1] for problem in found if problem is not None)
 
@@ -69,9 +69,9 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
     """Return the commands that a person may give for a stopped task, none of which would be refused now."""
     if state.lockdown is not None:
         return ["formiga lockdown release"]
-    if (task.section != "steps" and "resume" not in task.held) or task.stopping:
+    if (task.section != "steps" and "resume" not in task.hold.causes) or task.ending.stopping:
         return [f"formiga why {task.id}"]
-    system = bool(task.system_agent)  # only another order ends what carries out an order
+    system = bool(task.system.agent)  # only another order ends what carries out an order
     end = [] if system else [f"formiga abort {task.id}"]
     machines = machines_of(state, task.id)
     for agent in machines:
@@ -95,7 +95,7 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
 def ways_on_of(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> list[str]:
     """Return the commands that a person may give for a stopped machine, none of which would be refused now."""
     task = state.tasks.get(agent.task)
-    if task is not None and not task.system_agent:
+    if task is not None and not task.system.agent:
         return ways_on(state, task, catalogue)
     if state.lockdown is not None:
         return ["formiga lockdown release"]

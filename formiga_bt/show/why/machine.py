@@ -88,7 +88,7 @@ def _task(scene: WhyScene, agent: AgentRecord) -> Iterator[Because]:
     order = state.orders.get(agent.id)
     task = state.tasks.get(agent.task or (order.task if order is not None else ""))
     if task is not None:
-        held = " HELD" if task.held else ""
+        held = " HELD" if task.hold.causes else ""
         role = f" as {agent.role}" if agent.role else ""
         yield Because("task", f"it works{role} for {task.id}, which is {task.status}{held}", f"formiga why {task.id}")
         if not agent.goal and agent.id not in state.orders:

@@ -33,18 +33,20 @@ def running(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     for goal in mine:
         if goal.in_flight:
             yield _with_step(scene, task, goal)
-    for child in [state.tasks[one] for one in task.children if one in state.tasks and not state.tasks[one].ended]:
-        words = " HELD" if child.held else ""
-        words += ", which outlives it" if child.detached else ""
+    for child in [
+        state.tasks[one] for one in task.family.children if one in state.tasks and not state.tasks[one].ended
+    ]:
+        words = " HELD" if child.hold.causes else ""
+        words += ", which outlives it" if child.family.detached else ""
         yield Because("child", f"its task {child.id} is {child.status}{words}", f"formiga why {child.id}")
         yield from deeper(behind_task(scene, child, (task.id,)))
     yield from waits(scene, task)
     yield from _throttled(scene, task)
     yield from _limits(scene, task)
-    if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome:
+    if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome.status:
         yield Because("section", f"it is in its section {task.section}")
-    if task.section == "recover" and task.recovering:
-        home = [f"{r.agent} ({r.state})" for r in task.recovering]
+    if task.section == "recover" and task.agents.recovering:
+        home = [f"{r.agent} ({r.state})" for r in task.agents.recovering]
         yield Because("recover", f"its machines are brought home: {', '.join(home)}")
 
 

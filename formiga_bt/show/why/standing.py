@@ -47,8 +47,8 @@ def doing(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 
     if agent.landed == "grounded":
         return f"{agent.id} {silent}{_on_the_ground(order, was=bool(silent))}"
     carrier = state.tasks.get(order.task)
-    by = f" ({order.task})" if carrier is not None and carrier.system_agent else ""
-    own = carrier is not None and not carrier.system_agent
+    by = f" ({order.task})" if carrier is not None and carrier.system.agent else ""
+    own = carrier is not None and not carrier.system.agent
     match order.stop:
         case "return":
             port = agent.home or "its port"

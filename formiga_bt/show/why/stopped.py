@@ -29,13 +29,13 @@ def locked(scene: WhyScene) -> Iterator[Because]:
 def stopped(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell who holds a task, what its machines do for their orders, and what `continue` would do."""
     state, catalogue, model = scene.state, scene.catalogue, scene.model(task)
-    if task.again:
-        reason = f" {task.reason}" if task.reason else ""
-        fails = task.again == "preempted" and model is not None and model.if_preempted == "fail"
+    if task.restart.why:
+        reason = f" {task.outcome.reason}" if task.outcome.reason else ""
+        fails = task.restart.why == "preempted" and model is not None and model.if_preempted == "fail"
         then = "it ends" if fails else "it begins anew from its first step"
-        yield Because(task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then {then}")
+        yield Because(task.restart.why, f"{AGAIN[task.restart.why]}{reason}; its machines come home, then {then}")
     told: set[str] = set()
-    for cause in task.held:
+    for cause in task.hold.causes:
         yield _held(scene, task, cause, told)
     for agent_id in _machines_of(task):
         agent = state.agents.get(agent_id)
@@ -69,7 +69,7 @@ def away(scene: WhyScene) -> Iterator[Because]:
 
 
 def _machines_of(task: TaskRecord) -> list[str]:
-    return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
+    return list(dict.fromkeys([*task.agents.granted, *([task.system.agent] if task.system.agent else [])]))
 
 
 def _held(scene: WhyScene, task: TaskRecord, cause: str, told: set[str]) -> Because:
@@ -105,8 +105,8 @@ def _held(scene: WhyScene, task: TaskRecord, cause: str, told: set[str]) -> Beca
 
 def _found(state: EngineState, task: TaskRecord) -> str:
     """Return how the machines of a task were found after the engine was away."""
-    text = "".join(f"; {one} {found.change} while the engine was away" for one, found in task.found.items())
-    down = [one for one in task.found if one in state.agents and came_down(state, state.agents[one])]
+    text = "".join(f"; {one} {found.change} while the engine was away" for one, found in task.hold.found.items())
+    down = [one for one in task.hold.found if one in state.agents and came_down(state, state.agents[one])]
     return f"{text}, and its next step may need {' and '.join(down)} in the air" if down else text
 
 

@@ -35,7 +35,7 @@ FOLLOWED: Final = 3
 def waiting(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Explain a PENDING task."""
     request = scene.state.requests.get(task.id)
-    waited = span(scene.now - task.submitted_at)
+    waited = span(scene.now - task.times.submitted_at)
     if request is None:
         yield Because("pending", f"it was requested {waited} ago and is about to start")
         return

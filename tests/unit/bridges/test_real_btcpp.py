@@ -154,7 +154,7 @@ def by_us(task: Any, ends: list[bool]) -> tuple[bool, dict[str, list[str]]]:
     roles = {who[0]: role for c in changes if isinstance(c, ch.Granted) for role, who in c.roles.items()}
     goals = {c.goal.id: c.goal.agent for c in changes if isinstance(c, ch.GoalPut) and c.goal.action == "Move"}
     done = {role: [goal for goal, agent in goals.items() if roles[agent] == role] for role in ("one", "two")}
-    return next(iter(yard_.engine.state.tasks.values())).outcome == "SUCCEEDED", done
+    return next(iter(yard_.engine.state.tasks.values())).outcome.status == "SUCCEEDED", done
 
 
 @pytest.mark.parametrize("first", range(0, 200, 50))

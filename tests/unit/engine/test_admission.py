@@ -211,7 +211,7 @@ def test_a_machine_whose_heights_count_from_elsewhere_now_leaves_its_task_and_wh
 
     record = made.record("hwd_1")
     assert (record.refused, record.pool, record.quarantine, record.task) == ("datum", "QUARANTINED", "datum", "")
-    assert (made.task(task).status, made.task(task).code) == ("FAILED", "agent_lost")
+    assert (made.task(task).status, made.task(task).outcome.code) == ("FAILED", "agent_lost")
     assert [e.code for e in effects(made, Alarm)] == ["not_admitted", "quarantined_airborne"]
     assert effects(made, QueryGoal)
     assert drone.cancels == [goal]

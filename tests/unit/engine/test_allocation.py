@@ -17,7 +17,7 @@ HOLD = "steps: [{wait: 10 s}]"
 
 
 def roles(yard: Yard, task_id: str) -> dict[str, tuple[str, ...]]:
-    return yard.task(task_id).roles
+    return yard.task(task_id).agents.roles
 
 
 def codes(yard: Yard, task_id: str, role: str = "cart") -> dict[str, str]:
@@ -86,7 +86,7 @@ def test_higher_priority_is_served_first_then_who_came_first(make: Make) -> None
 
     yard.run_until_ended()
 
-    ended = sorted((running, low, first, second, high), key=lambda t: yard.task(t).ended_at or 0)
+    ended = sorted((running, low, first, second, high), key=lambda t: yard.task(t).times.ended_at or 0)
     assert ended == [running, high, first, second, low]
 
 
@@ -374,8 +374,8 @@ def test_fewer_than_its_min_are_not_enough(make: Make) -> None:
     task_id = yard.start()
     yard.run_for(20)
 
-    assert yard.task(task_id).code == "no_agent"
-    assert "needs 3 agents" in yard.task(task_id).reason
+    assert yard.task(task_id).outcome.code == "no_agent"
+    assert "needs 3 agents" in yard.task(task_id).outcome.reason
 
 
 def test_a_role_that_takes_what_is_left_leaves_the_others_what_they_need(make: Make) -> None:

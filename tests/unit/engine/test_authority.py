@@ -236,14 +236,14 @@ def test_that_a_model_wrote_it_is_never_taken_back_and_is_part_of_the_state() ->
 def test_in_a_simulation_nothing_of_this_binds() -> None:
     field = Field(packaged_world()[0], checks=())
     task_id = field.begin("Far", by="")
-    assert (field.task(task_id).status, field.task(task_id).pilot) == ("ACTIVE", "")
+    assert (field.task(task_id).status, field.task(task_id).agents.pilot) == ("ACTIVE", "")
 
 
 # -- pilots ------------------------------------------------------------------------------------------------------------
 def test_a_grant_names_a_pilot_on_duty() -> None:
     field = Field()
     field.ready("pia")
-    assert field.task(field.begin()).pilot == "pia"
+    assert field.task(field.begin()).agents.pilot == "pia"
 
 
 def test_without_a_pilot_on_duty_a_request_waits_and_says_so() -> None:
@@ -258,7 +258,7 @@ def test_without_a_pilot_on_duty_a_request_waits_and_says_so() -> None:
     assert field.task(task_id).status == "PENDING"
     field.ask(Duty("pete", True))
     field.run_for(1)
-    assert field.task(task_id).pilot == "pete"
+    assert field.task(task_id).agents.pilot == "pete"
 
 
 def test_a_pilot_has_so_many_machines_at_once_until_they_are_released() -> None:
@@ -270,7 +270,7 @@ def test_a_pilot_has_so_many_machines_at_once_until_they_are_released() -> None:
     field.abort(first)
     field.run_until_ended(first)
     field.run_for(1)
-    assert field.task(second).pilot == "pia"
+    assert field.task(second).agents.pilot == "pia"
 
 
 def test_two_grants_of_one_look_do_not_share_the_last_room() -> None:
@@ -287,7 +287,7 @@ def test_two_grants_of_one_look_do_not_share_the_last_room() -> None:
 def test_the_pilot_with_the_most_room_is_taken() -> None:
     field = Field()
     field.ready("pia", "pete")
-    assert [field.task(field.begin()).pilot for _ in range(2)] == ["pete", "pia"]
+    assert [field.task(field.begin()).agents.pilot for _ in range(2)] == ["pete", "pia"]
 
 
 def test_a_pilot_who_leaves_gets_no_more_and_an_alarm_tells_what_is_still_out() -> None:
@@ -309,11 +309,11 @@ def test_a_high_task_preempts_for_a_pilots_room_and_nobody_takes_it_meanwhile() 
     waiting = field.begin()
     sos = field.begin(priority="high")
 
-    assert field.task(low).again == "preempted" or field.task(low).run == 2
+    assert field.task(low).restart.why == "preempted" or field.task(low).run == 2
     field.run_for(5)
     assert [field.task(t).status for t in (low, waiting, sos)] == ["PENDING", "PENDING", "ACTIVE"]
-    assert field.task(low).past == (f"run 1: preempted for {sos}, which needs its pilot",)
-    assert field.task(sos).pilot == "pia"
+    assert field.task(low).restart.past == (f"run 1: preempted for {sos}, which needs its pilot",)
+    assert field.task(sos).agents.pilot == "pia"
 
 
 def test_a_high_task_that_no_pilot_on_duty_may_ever_take_preempts_nobody() -> None:
@@ -348,7 +348,7 @@ def test_a_machine_is_granted_only_when_its_checks_are_all_ok(
     assert (verdict.code, verdict.detail) == (code, detail)
     field.drones[0].say(checks=GOOD)
     field.run_for(2)
-    assert field.task(task_id).roles == {"drone": ("lwd_1",)}
+    assert field.task(task_id).agents.roles == {"drone": ("lwd_1",)}
 
 
 def test_a_simulated_site_may_ask_for_checks_too() -> None:
@@ -378,7 +378,7 @@ def test_a_machine_that_cannot_go_there_and_come_home_is_passed_over_with_the_nu
     assert found["lwd_2"] == ("energy", "there is too much wind to come home")
     field.drones[0].say(battery=60.0)
     field.run_for(2)
-    assert field.task(task_id).roles == {"drone": ("lwd_1",)}
+    assert field.task(task_id).agents.roles == {"drone": ("lwd_1",)}
 
 
 # -- lockdown ----------------------------------------------------------------------------------------------------------

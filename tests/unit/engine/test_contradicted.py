@@ -18,7 +18,7 @@ def test_a_start_that_succeeded_on_the_ground_has_failed_and_nothing_that_builds
     yard.cart.succeed(landed="grounded")
 
     assert yard.end(task) == ("FAILED", "failed:contradicted")
-    assert yard.task(task).reason == "c1 says that Rise is done, and that it is grounded, not airborne"
+    assert yard.task(task).outcome.reason == "c1 says that Rise is done, and that it is grounded, not airborne"
     assert yard.cart.done == ["Rise"]
     assert yard.record("c1").landed == "grounded"
 

@@ -86,9 +86,14 @@ def test_a_restart_is_no_abort_of_the_task_and_an_abort_meanwhile_is(make: Make)
     yard.run_for(0.2)
 
     ending = yard.task(task)
-    assert (ending.status, ending.again, ending.code, ending.reason) == ("ENDING", "restart", "restarted", "by eve")
+    assert (ending.status, ending.restart.why, ending.outcome.code, ending.outcome.reason) == (
+        "ENDING",
+        "restart",
+        "restarted",
+        "by eve",
+    )
     yard.abort(task)
-    assert yard.task(task).code == "aborted"
+    assert yard.task(task).outcome.code == "aborted"
     for action in ("Move", "Move", "Home"):
         settle(yard, action)
     assert yard.outcome(task) == ("CANCELED", "aborted")
@@ -170,9 +175,9 @@ on_failure: [{notify: "${error.code}"}]
 
     assert yard.end(task) == ("FAILED", "timeout")
     record = yard.task(task)
-    assert record.ended_at is not None
-    assert record.active_at is not None
-    assert 30.0 <= (record.ended_at - record.active_at) / 1e6 < 30.1
+    assert record.times.ended_at is not None
+    assert record.times.active_at is not None
+    assert 30.0 <= (record.times.ended_at - record.times.active_at) / 1e6 < 30.1
     assert notes(yard) == ["timeout"]
 
 
@@ -186,7 +191,7 @@ def test_cleanup_timeout_bounds_the_parts_together_and_never_recover(make: Make)
     yard.run_for(31)
 
     assert yard.task(task).section == "recover"
-    assert "cleanup_timeout" in yard.task(task).notes[0]
+    assert "cleanup_timeout" in yard.task(task).outcome.notes[0]
     yard.run_for(900)
     assert yard.task(task).status == "ENDING"
     settle(yard, "Home")
@@ -215,7 +220,7 @@ def test_a_failure_in_a_part_is_recorded_and_the_next_part_runs(make: Make) -> N
     settle(yard, "Home")
 
     assert yard.outcome(task) == ("FAILED", "failed:broken")
-    assert [note.split(":")[0] for note in yard.task(task).notes] == ["on_failure", "finally"]
+    assert [note.split(":")[0] for note in yard.task(task).outcome.notes] == ["on_failure", "finally"]
 
 
 def test_a_recover_that_fails_three_times_leaves_the_machine_quarantined(make: Make) -> None:

@@ -300,7 +300,7 @@ def test_while_a_pilot_has_the_machine_timers_stand_still(make: Make) -> None:
     yard.cart.side.take_control("pilot")
     yard.run_for(1000)
 
-    assert yard.task(task).held == ("take-over:c1",)
+    assert yard.task(task).hold.causes == ("take-over:c1",)
     yard.cart.side.take_control("engine")
     yard.run_for(1)
     yard.ask(Operator("handback_end", "c1"))
@@ -320,7 +320,7 @@ def test_a_wait_goes_on_after_the_hand_back_with_what_was_left(make: Make) -> No
     handed = yard.now
     yard.end(task)
 
-    left = ((yard.task(task).ended_at or 0) - handed) / 1e6
+    left = ((yard.task(task).times.ended_at or 0) - handed) / 1e6
     assert left == pytest.approx(40, abs=0.1)
 
 
@@ -332,7 +332,7 @@ def test_a_goal_refused_because_a_pilot_just_took_over_counts_as_taken_over(make
     yard.cart.side.take_control("pilot")  # its status is under way when the goal leaves
     yard.run_for(2)
 
-    assert yard.task(task).held == ("take-over:c1",)
+    assert yard.task(task).hold.causes == ("take-over:c1",)
     yard.abort(task)
 
 

@@ -42,7 +42,7 @@ def test_two_versions_run_side_by_side_each_to_its_own_end(make: Make) -> None:
     old = yard.start()
     assert serve(yard, task(TWO)) == Done()
     new = yard.start()
-    assert [(yard.task(one).version, yard.task(one).library) for one in (old, new)] == [(1, 0), (2, 1)]
+    assert [(yard.task(one).request.version, yard.task(one).request.library) for one in (old, new)] == [(1, 0), (2, 1)]
 
     step(yard, "Rise", 0)
     step(yard, "Rise", 1)
@@ -65,7 +65,7 @@ def test_a_name_that_was_not_served_can_be_requested_from_then_on(make: Make) ->
     with pytest.raises(TaskError, match="there is no task 'Late'; tasks: Try"):
         yard.submit("Late")
     serve(yard, task(TWO, "Late"))
-    assert yard.task(yard.submit("Late")).version == 1
+    assert yard.task(yard.submit("Late")).request.version == 1
     with pytest.raises(TaskError, match="tasks: Late, Try"):
         yard.submit("Later")
 
@@ -81,7 +81,7 @@ def test_a_restart_goes_on_with_the_version_of_its_run(make: Make) -> None:
         yard.cart.succeed()
         yard.run_for(0.5)
 
-    assert (yard.task(mine).version, yard.task(mine).library) == (1, 0)
+    assert (yard.task(mine).request.version, yard.task(mine).request.library) == (1, 0)
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
     assert yard.outcome(mine) == ("SUCCEEDED", "")
@@ -95,8 +95,8 @@ def test_a_step_requests_the_version_of_the_time_of_its_own_request(make: Make) 
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
 
-    assert [child(yard, before, at).version for at in (0, 1)] == [1, 1]  # the second began after the change
-    assert child(yard, after).version == 2
+    assert [child(yard, before, at).request.version for at in (0, 1)] == [1, 1]  # the second began after the change
+    assert child(yard, after).request.version == 2
 
 
 def test_a_step_gets_what_came_later_if_there_was_none_then(make: Make) -> None:
@@ -114,7 +114,7 @@ def test_a_request_may_name_the_bundle_that_it_means(make: Make) -> None:
     yard = make(task(ONE), carts=2)
     serve(yard, task(TWO))
     mine = yard.submit("Try", bundle=task(ONE).bundle)
-    assert yard.task(mine).version == 1
+    assert yard.task(mine).request.version == 1
     with pytest.raises(TaskError, match="Try is not served as abcdefab"):
         yard.ask(Submit("Try", bundle="abcdefab99"))
 
@@ -186,9 +186,9 @@ def test_on_a_real_site_a_new_version_is_served_and_not_flown_before_it_is_appro
     serve(yard, task(TWO))
     with pytest.raises(TaskError, match="is not approved as it is now"):
         yard.submit("Try", by="eve")
-    assert yard.task(yard.submit("Try", by="eve", bundle=task(ONE).bundle)).version == 1
+    assert yard.task(yard.submit("Try", by="eve", bundle=task(ONE).bundle)).request.version == 1
     yard.ask(Approve(approval_digest(task(TWO), yard.engine.core.site), "Try", "ann"))
-    assert yard.task(yard.submit("Try", by="eve")).version == 2
+    assert yard.task(yard.submit("Try", by="eve")).request.version == 2
 
 
 def test_the_state_says_which_versions_there_are(make: Make) -> None:

@@ -61,9 +61,9 @@ def test_short_waits_in_a_row_are_exact_while_there_is_budget(make: Make) -> Non
     task = yard.start()
     assert yard.end(task)[0] == "SUCCEEDED"
     record = yard.engine.state.tasks[task]
-    assert record.ended_at is not None
-    assert record.active_at is not None
-    assert record.ended_at - record.active_at == 3 * SECOND
+    assert record.times.ended_at is not None
+    assert record.times.active_at is not None
+    assert record.times.ended_at - record.times.active_at == 3 * SECOND
     assert task not in yard.engine.state.wakes
 
 
@@ -74,7 +74,7 @@ def test_cleanup_is_not_rounded_up_after_steps_in_haste(make: Make) -> None:
     yard.driver.feed(Abort(task))
     begin = yard.now
     yard.run_for(2)
-    ended = yard.engine.state.tasks[task].ended_at
+    ended = yard.engine.state.tasks[task].times.ended_at
     assert ended is not None
     assert ended - begin < SECOND
 

@@ -42,7 +42,7 @@ def test_a_question_has_a_short_number_and_an_expiry(make: Make) -> None:
 
     assert goal.goal_id == "Try-1/1/steps/steps[0]~ann"
     assert goal.fields["number"] == "Q1"
-    assert goal.fields["expires_us"] == (yard.task("Try-1").active_at or 0) + 600_000_000
+    assert goal.fields["expires_us"] == (yard.task("Try-1").times.active_at or 0) + 600_000_000
     yard.ann.answer("no")
     assert yard.end("Try-1") == ("SUCCEEDED", "")  # every answer is success
 

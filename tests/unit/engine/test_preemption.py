@@ -49,7 +49,7 @@ class TestATaskStepsAside:
         assert (yard.task(mine).status, yard.task(urgent).status) == ("ENDING", "PENDING")
         step(yard, "Home")
         assert (yard.task(mine).status, yard.task(mine).run) == ("PENDING", 2)
-        assert yard.task(urgent).roles == {"cart": ("c1",)}
+        assert yard.task(urgent).agents.roles == {"cart": ("c1",)}
         step(yard, "Move")
         assert yard.outcome(urgent) == ("SUCCEEDED", "")
         for action in ("Rise", "Move", "Home"):
@@ -88,9 +88,9 @@ class TestATaskStepsAside:
         assert verdicts(yard, urgent)["c1"] == ("preempting", mine)
         assert yard.engine.state.requests[urgent].preempting == {mine: 1}
         assert load_snapshot(snapshot(yard.engine.state)).requests == yard.engine.state.requests
-        assert (yard.task(mine).again, yard.task(mine).reason) == ("preempted", f"for {urgent}")
+        assert (yard.task(mine).restart.why, yard.task(mine).outcome.reason) == ("preempted", f"for {urgent}")
         step(yard, "Home")
-        assert yard.task(mine).past == (f"run 1: preempted for {urgent}",)
+        assert yard.task(mine).restart.past == (f"run 1: preempted for {urgent}",)
         words = [e.status for e in effects(yard, PublishState) if e.task == mine]
         assert words == ["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "PENDING"]
         step(yard, "Move")
@@ -164,18 +164,18 @@ class TestWhoMayNotBeAsked:
         assert verdicts(yard, urgent)["c1"] == ("kept", mine, "loaded")
         yard.cart.say(payload_kg=0.0)
         yard.run_for(0.3)
-        assert yard.task(mine).again == "preempted"
+        assert yard.task(mine).restart.why == "preempted"
 
     def test_once_the_critical_step_is_over_it_is_asked(self, make: Make) -> None:
         text = "steps: [{do: cart.Rise}, {do: cart.Move, critical: true}, {do: cart.Move}, {do: cart.Home}]"
         yard, mine = aloft(make, text)
         yard.start("Sos")
-        assert yard.task(mine).again == ""
+        assert yard.task(mine).restart.why == ""
 
         step(yard, "Move")
         yard.run_for(1.5)
 
-        assert yard.task(mine).again == "preempted"
+        assert yard.task(mine).restart.why == "preempted"
 
     def test_while_a_person_holds_it(self, make: Make) -> None:
         yard, mine = aloft(make)
@@ -184,8 +184,8 @@ class TestWhoMayNotBeAsked:
 
         urgent = yard.start("Sos")
 
-        assert yard.task(mine).held == ("operator",)
-        assert (yard.task(mine).again, yard.task(urgent).status) == ("", "PENDING")
+        assert yard.task(mine).hold.causes == ("operator",)
+        assert (yard.task(mine).restart.why, yard.task(urgent).status) == ("", "PENDING")
         yard.abort(urgent)
         yard.abort(mine)
 
@@ -198,7 +198,7 @@ class TestWhoMayNotBeAsked:
         waiting = yard.submit("Sos", {}, priority=theirs)
         yard.run_for(5)
 
-        assert (yard.task(running).again, yard.task(waiting).status) == ("", "PENDING")
+        assert (yard.task(running).restart.why, yard.task(waiting).status) == ("", "PENDING")
         assert verdicts(yard, waiting)["c1"] == ("busy", running)
 
     def test_who_would_not_fit_when_it_is_home(self, make: Make) -> None:
@@ -210,7 +210,7 @@ class TestWhoMayNotBeAsked:
 
         urgent = yard.start("Far")
 
-        assert (yard.task(mine).again, verdicts(yard, urgent)["c1"]) == ("", ("busy", mine))
+        assert (yard.task(mine).restart.why, verdicts(yard, urgent)["c1"]) == ("", ("busy", mine))
 
     def test_nobody_in_lockdown(self, make: Make) -> None:
         yard, mine = aloft(make)
@@ -219,7 +219,7 @@ class TestWhoMayNotBeAsked:
         yard.ask(LockdownOrder("hold", "ann"))
         yard.run_for(5)
 
-        assert (yard.task(mine).again, yard.task(blocker).status) == ("", "PENDING")
+        assert (yard.task(mine).restart.why, yard.task(blocker).status) == ("", "PENDING")
         yard.ask(LockdownOrder("release", "ann"))
         yard.abort(blocker)
         yard.abort(mine)
@@ -229,8 +229,8 @@ class TestWhoMayNotBeAsked:
 
         urgent = yard.start("Sos")
 
-        assert yard.task(urgent).roles == {"cart": ("c2",)}
-        assert yard.task(mine).again == ""
+        assert yard.task(urgent).agents.roles == {"cart": ("c2",)}
+        assert yard.task(mine).restart.why == ""
         step(yard, "Move", 1)
 
 
@@ -257,7 +257,7 @@ class TestWhomItAsks:
         urgent = yard.start("Pair")
 
         assert [yard.task(t).run for t in (both, *singles)] == [2, 1, 1]
-        assert set(yard.task(urgent).roles["carts"]) == {"c1", "c2"}
+        assert set(yard.task(urgent).agents.roles["carts"]) == {"c1", "c2"}
 
     def test_where_too_many_sets_would_be_compared_none_is_asked_in_vain(
         self, make: Make, monkeypatch: pytest.MonkeyPatch
@@ -270,7 +270,7 @@ class TestWhomItAsks:
         urgent = yard.start("Pair")
 
         assert [yard.task(t).run for t in tasks] == [1, 2, 2]
-        assert set(yard.task(urgent).roles["carts"]) == {"c2", "c3"}
+        assert set(yard.task(urgent).agents.roles["carts"]) == {"c2", "c3"}
 
     def test_nobody_whose_machine_stands_away_from_its_port(self, make: Make) -> None:
         yard, mine = aloft(make)
@@ -279,7 +279,7 @@ class TestWhomItAsks:
 
         urgent = yard.start("Sos")
 
-        assert (yard.task(mine).again, verdicts(yard, urgent)["c1"]) == ("", ("busy", mine))
+        assert (yard.task(mine).restart.why, verdicts(yard, urgent)["c1"]) == ("", ("busy", mine))
         yard.abort(mine)
 
     def test_one_of_two_waiting_has_the_machine_and_nobody_is_asked_twice(self, make: Make) -> None:
@@ -302,8 +302,8 @@ class TestWhomItAsks:
             cart.succeed()
         yard.run_for(0.2)
         urgent = yard.start("Sos")
-        assert [yard.task(t).again for t in tasks] == ["", "preempted"]
-        (flying,) = yard.task(tasks[1]).granted
+        assert [yard.task(t).restart.why for t in tasks] == ["", "preempted"]
+        (flying,) = yard.task(tasks[1]).agents.granted
 
         next(c for c in yard.carts if c.id == flying).kill()
         yard.run_for(40)
@@ -342,7 +342,7 @@ class TestTheWaitingRequest:
 
         step(yard, "Home")
 
-        assert yard.task(urgent).roles == {"cart": ("c1",)}
+        assert yard.task(urgent).agents.roles == {"cart": ("c1",)}
         assert [yard.task(t).status for t in others] == ["PENDING", "PENDING"]
         step(yard, "Move")
 
@@ -356,7 +356,7 @@ class TestTheWaitingRequest:
         assert yard.task(other).status == "PENDING"
         step(yard, "Home")
 
-        assert set(yard.task(urgent).roles["carts"]) == {"c1", "c2"}
+        assert set(yard.task(urgent).agents.roles["carts"]) == {"c1", "c2"}
         assert yard.task(mine).run == 2
 
     def test_a_machine_that_frees_itself_meanwhile_is_taken(self, make: Make) -> None:
@@ -364,12 +364,12 @@ class TestTheWaitingRequest:
         busy = yard.submit("Try", {}, priority="high")
         yard.run_for(0.2)
         urgent = yard.start("Sos")
-        assert yard.task(mine).again == "preempted"
+        assert yard.task(mine).restart.why == "preempted"
 
         for action in ("Rise", "Move", "Home"):
             step(yard, action, 1)
 
-        assert (yard.task(busy).status, yard.task(urgent).roles) == ("SUCCEEDED", {"cart": ("c2",)})
+        assert (yard.task(busy).status, yard.task(urgent).agents.roles) == ("SUCCEEDED", {"cart": ("c2",)})
         step(yard, "Home")
         assert (yard.task(mine).status, yard.task(mine).run) == ("ACTIVE", 2)
         step(yard, "Move", 1)
@@ -393,8 +393,8 @@ class TestRebinding:
         yard, mine, lost = self.lose(make)
 
         assert (lost.pool, lost.task) == ("QUARANTINED", "")
-        assert (yard.task(mine).run, yard.task(mine).roles) == (2, {"cart": ("c2",)})
-        assert yard.task(mine).past == ("run 1: agent_lost c1 was lost",)
+        assert (yard.task(mine).run, yard.task(mine).agents.roles) == (2, {"cart": ("c2",)})
+        assert yard.task(mine).restart.past == ("run 1: agent_lost c1 was lost",)
         for action in ("Rise", "Move", "Home"):
             step(yard, action, 1)
         assert yard.outcome(mine) == ("SUCCEEDED", "")
@@ -438,5 +438,5 @@ class TestRebinding:
 
         assert yard.carts[1].goal.goal_id == f"{mine}/1/recover:c2#1/steps[0]"
         step(yard, "Home", 1)
-        assert yard.task(mine).roles == {"one": ("c2",), "two": ("c3",)}
+        assert yard.task(mine).agents.roles == {"one": ("c2",), "two": ("c3",)}
         yard.abort(mine)

@@ -35,7 +35,7 @@ def tasks(**texts: str) -> list[Task]:
 
 
 def child(yard: Yard, parent: str, index: int = 0) -> TaskRecord:
-    return yard.task(yard.task(parent).children[index])
+    return yard.task(yard.task(parent).family.children[index])
 
 
 def step(yard: Yard, action: str, cart: int = 0) -> None:
@@ -52,7 +52,7 @@ def started(make: Make, text: str = ASKS, look: str = LOOK, **options: Any) -> t
 def test_the_step_ends_well_with_its_task(make: Make) -> None:
     yard, mine = started(make)
     look = child(yard, mine)
-    assert (look.name, look.parent, look.depth, look.status) == ("Look", mine, 1, "ACTIVE")
+    assert (look.name, look.family.parent, look.family.depth, look.status) == ("Look", mine, 1, "ACTIVE")
 
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
@@ -68,7 +68,7 @@ def test_its_failure_is_a_failure_of_the_step_that_the_tree_may_catch(make: Make
     yard.cart.fail("stuck")
     yard.run_for(0.5)
 
-    assert child(yard, mine).code == "failed:stuck"
+    assert child(yard, mine).outcome.code == "failed:stuck"
     assert yard.outcome(mine) == ("SUCCEEDED", "")
 
 
@@ -77,7 +77,7 @@ def test_params_and_priority_are_handed_on(make: Make) -> None:
 
     look = child(yard, mine)
 
-    assert (look.params, look.priority) == ({"n": 5}, "high")
+    assert (look.request.params, look.request.priority) == ({"n": 5}, "high")
     yard.abort(mine)
 
 
@@ -91,7 +91,7 @@ def test_an_abort_of_the_parent_aborts_the_child_and_waits_for_its_way_home(make
     assert (yard.task(mine).section, child(yard, mine).section) == ("steps", "recover")
     step(yard, "Home")
     assert child(yard, mine).status == "CANCELED"
-    assert child(yard, mine).reason == f"by {mine}"
+    assert child(yard, mine).outcome.reason == f"by {mine}"
     assert yard.outcome(mine) == ("CANCELED", "aborted")
 
 
@@ -123,7 +123,7 @@ def test_one_that_nobody_waits_for_ends_with_its_parent(make: Make) -> None:
     step(yard, "Rise")
     yard.run_for(5)
 
-    assert (yard.task(mine).outcome, yard.task(mine).status) == ("SUCCEEDED", "ACTIVE")
+    assert (yard.task(mine).outcome.status, yard.task(mine).status) == ("SUCCEEDED", "ACTIVE")
     step(yard, "Home")
 
     assert child(yard, mine).status == "CANCELED"
@@ -147,7 +147,7 @@ def test_more_than_twenty_open_children_are_refused(make: Make) -> None:
     body = "{repeat: 21, steps: [{request: Look, wait: false}]}"
     yard, mine = started(make, f"steps: [{body}]")
 
-    assert len(yard.task(mine).children) == 20
+    assert len(yard.task(mine).family.children) == 20
     yard.end(mine)
 
     assert yard.outcome(mine) == ("FAILED", "request:too_many")
@@ -161,7 +161,7 @@ def test_four_deep_is_too_deep(make: Make) -> None:
     mine = yard.start()
 
     assert yard.outcome(mine)[0] == "FAILED"
-    assert yard.task(mine).code == "request:request:request:request:too_deep"
+    assert yard.task(mine).outcome.code == "request:request:request:request:too_deep"
 
 
 def test_a_task_that_the_engine_does_not_serve_fails_the_step(make: Make) -> None:
@@ -176,7 +176,7 @@ def test_lockdown_admits_no_child(make: Make) -> None:
     yard, mine = started(make, "steps: [{wait: 5 s}, {request: Look}]")
     yard.ask(LockdownOrder("hold", "ann"))
     yard.run_for(20)
-    assert yard.task(mine).children == ()
+    assert yard.task(mine).family.children == ()
 
     yard.ask(LockdownOrder("release", "ann"))
     yard.run_for(6)
@@ -206,7 +206,7 @@ def test_a_stop_of_the_parent_stops_its_child_and_continue_goes_on_with_both(mak
     look = child(yard, mine).id
     yard.ask(Operator(stop, mine, "ann"))  # type: ignore[arg-type]
 
-    assert (yard.task(mine).held, yard.task(look).held) == (("operator",), ("operator",))
+    assert (yard.task(mine).hold.causes, yard.task(look).hold.causes) == (("operator",), ("operator",))
     assert yard.engine.state.orders["c1"].scope == "task"
     yard.run_for(300)
     assert child(yard, mine).status == "ACTIVE"
@@ -214,7 +214,7 @@ def test_a_stop_of_the_parent_stops_its_child_and_continue_goes_on_with_both(mak
     yard.ask(Operator("continue", mine, "ann"))
     yard.run_for(0.3)
 
-    assert (yard.task(mine).held, yard.task(look).held, yard.engine.state.orders) == ((), (), {})
+    assert (yard.task(mine).hold.causes, yard.task(look).hold.causes, yard.engine.state.orders) == ((), (), {})
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
     assert yard.outcome(mine) == ("SUCCEEDED", "")
@@ -225,11 +225,15 @@ def test_a_stop_reaches_the_tasks_that_a_child_requested(make: Make) -> None:
     mine = yard.start()
     look = child(yard, child(yard, mine).id)
     yard.ask(Operator("hold", mine, "ann"))
-    assert yard.task(look.id).held == ("operator",)
+    assert yard.task(look.id).hold.causes == ("operator",)
 
     yard.ask(Operator("continue", child(yard, mine).id, "ann"))
 
-    assert (yard.task(mine).held, child(yard, mine).held, yard.task(look.id).held) == (("operator",), (), ())
+    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes, yard.task(look.id).hold.causes) == (
+        ("operator",),
+        (),
+        (),
+    )
     yard.abort(mine)
 
 
@@ -238,7 +242,11 @@ def test_a_stop_leaves_a_detached_child_alone(make: Make) -> None:
 
     yard.ask(Operator("hold", mine, "ann"))
 
-    assert (yard.task(mine).held, child(yard, mine).held, yard.engine.state.orders) == (("operator",), (), {})
+    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes, yard.engine.state.orders) == (
+        ("operator",),
+        (),
+        {},
+    )
     yard.abort(mine)
     yard.abort(child(yard, mine).id)
 
@@ -270,7 +278,7 @@ def test_what_cannot_go_on_keeps_the_whole_family_held(make: Make) -> None:
     assert str(refused.value) == (
         "Haul of c1 may not be done a second time; formiga restart Look-2 begins anew, formiga abort Look-2 ends it"
     )
-    assert (yard.task(mine).held, child(yard, mine).held) == (("operator",), ("operator",))
+    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == (("operator",), ("operator",))
     yard.abort(mine)
     yard.run_for(1)
     assert yard.outcome(mine) == ("CANCELED", "aborted")
@@ -298,7 +306,7 @@ def test_a_person_who_aborts_a_child_fails_the_step_of_its_parent(make: Make) ->
     yard.run_for(0.5)
 
     assert yard.outcome(mine) == ("FAILED", "request:aborted")
-    assert yard.task(mine).reason == "Look-2: by an operator"
+    assert yard.task(mine).outcome.reason == "Look-2: by an operator"
 
 
 def test_abort_now_skips_the_cleanup_of_the_children_too(make: Make) -> None:
@@ -321,15 +329,15 @@ def test_after_a_lockdown_a_child_that_it_stopped_goes_on_with_its_parent(make: 
     yard, mine = started(make)
     step(yard, "Rise")
     yard.ask(LockdownOrder(how, "ann"))  # type: ignore[arg-type]
-    assert (yard.task(mine).held, child(yard, mine).held) == (("lockdown",), ("lockdown",))
+    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == (("lockdown",), ("lockdown",))
     yard.run_for(1)
 
     yard.ask(LockdownOrder("release", "ann"))
-    assert "operator" in child(yard, mine).held
+    assert "operator" in child(yard, mine).hold.causes
 
     yard.abort(mine)
     yard.run_for(0.5)
-    assert child(yard, mine).code == "aborted"
+    assert child(yard, mine).outcome.code == "aborted"
 
 
 def test_a_child_stopped_by_a_lockdown_waits_for_the_word_to_its_parent(make: Make) -> None:
@@ -338,7 +346,7 @@ def test_a_child_stopped_by_a_lockdown_waits_for_the_word_to_its_parent(make: Ma
     yard.run_for(1)
     yard.ask(LockdownOrder("release", "ann"))
     yard.run_for(30)
-    assert (yard.task(mine).held, child(yard, mine).held) == ((), ("operator",))
+    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == ((), ("operator",))
 
     yard.ask(Operator("continue", mine, "ann"))
     yard.run_for(0.3)
@@ -370,7 +378,7 @@ def test_on_a_real_site_a_child_needs_an_approval_of_its_own(make: Make) -> None
     yard, mine = real(make, "Try")
 
     assert yard.outcome(mine) == ("FAILED", "request:not_approved")
-    assert "an approver (ann) must: formiga approve Look --by NAME" in yard.task(mine).reason
+    assert "an approver (ann) must: formiga approve Look --by NAME" in yard.task(mine).outcome.reason
 
 
 def test_a_child_that_a_model_wrote_needs_the_word_of_another_than_who_requested_its_parent(make: Make) -> None:
@@ -379,15 +387,18 @@ def test_a_child_that_a_model_wrote_needs_the_word_of_another_than_who_requested
 
     yard, mine = real(make, "Try", "Look", wrote="ann")
     assert yard.outcome(mine) == ("FAILED", "request:not_approved")
-    assert "Look was written by a model on the request of ann, who cannot approve it alone" in yard.task(mine).reason
+    assert (
+        "Look was written by a model on the request of ann, who cannot approve it alone"
+        in yard.task(mine).outcome.reason
+    )
 
 
 def test_an_approved_child_flies_for_who_requested_its_parent_with_a_pilot_of_its_own(make: Make) -> None:
     yard, mine = real(make, "Try", "Look")
 
     look = child(yard, mine)
-    assert (look.status, look.by, look.pilot) == ("ACTIVE", "rita", "pia")
-    assert yard.task(mine).pilot == ""  # it flies nothing itself
+    assert (look.status, look.request.by, look.agents.pilot) == ("ACTIVE", "rita", "pia")
+    assert yard.task(mine).agents.pilot == ""  # it flies nothing itself
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
     assert yard.outcome(mine) == ("SUCCEEDED", "")

@@ -52,7 +52,7 @@ def test_a_step_that_fails_ends_the_task_with_its_code_and_path(make: Make) -> N
     yard, task = run(make, "steps: [{notify: first}, {do: cart.Move}]", "blocked")
 
     assert yard.end(task) == ("FAILED", "failed:blocked")
-    failure = yard.task(task).failure
+    failure = yard.task(task).outcome.failure
     assert failure is not None
     assert (failure.step, failure.agent) == ("steps/steps[1]", "c1")
 
@@ -202,9 +202,9 @@ def test_wait_waits_exactly(make: Make) -> None:
     yard.end(task)
 
     record = yard.task(task)
-    assert record.ended_at is not None
-    assert record.active_at is not None
-    assert record.ended_at - record.active_at == 15_000_000
+    assert record.times.ended_at is not None
+    assert record.times.active_at is not None
+    assert record.times.ended_at - record.times.active_at == 15_000_000
 
 
 # -- retry ---------------------------------------------------------------------------------------------------------------
@@ -294,7 +294,7 @@ def test_a_goal_that_ends_at_the_deadline_beats_it(make: Make) -> None:
     yard.scheduler.call_at(deadline - 20_000, yard.cart.succeed)
 
     assert yard.end(task) == ("SUCCEEDED", "")
-    assert yard.task(task).ended_at == deadline
+    assert yard.task(task).times.ended_at == deadline
     assert effects(yard, CancelGoal) == []
 
 
@@ -305,7 +305,7 @@ def test_an_abort_while_a_timeout_drains_moves_the_goals_to_the_task(make: Make)
     yard.run_for(6)
 
     yard.abort(task)
-    assert yard.task(task).drain == (GoalEnd("Try-1/1/steps/steps[0]"),)
+    assert yard.task(task).ending.drain == (GoalEnd("Try-1/1/steps/steps[0]"),)
     yard.run_for(0.5)
     yard.cart.side.finish(yard.cart.cancels[0], "canceled")
 
@@ -344,7 +344,7 @@ def test_a_value_that_cannot_be_computed_fails_its_own_task_with_path_mark_and_c
     first, second = yard.start(), yard.start("Other")
 
     assert yard.end(first) == ("FAILED", "cannot_compute")
-    reason = yard.task(first).reason
+    reason = yard.task(first).outcome.reason
     assert "'1 // n > 0'" in reason
     assert "steps/steps[1]" in reason
     assert "try.yaml:" in reason
@@ -384,7 +384,7 @@ def test_every_expression_without_a_value_has_one_code_and_is_named_with_its_pla
     task = yard.start(x="abc")
 
     assert yard.end(task) == ("FAILED", "cannot_compute")
-    reason = yard.task(task).reason
+    reason = yard.task(task).outcome.reason
     assert f"'{expression}' at try.yaml:6:" in reason
     assert why in reason
 
@@ -397,7 +397,7 @@ def test_an_exception_in_a_cleanup_part_is_recorded_and_the_next_part_runs(make:
 
     assert yard.outcome(task) == ("FAILED", "failed")
     assert notes(yard) == ["last"]
-    assert "division by zero" in yard.task(task).notes[0]
+    assert "division by zero" in yard.task(task).outcome.notes[0]
 
 
 def test_a_runaway_ends_its_task_and_still_comes_home(make: Make) -> None:

@@ -50,7 +50,7 @@ def test_after_an_abort_it_runs_before_on_abort() -> None:
 
     bench.abort(task)
     bench.run_for(0.2)
-    assert [cleanup.state for cleanup in bench.task(task).cleanups] == ["waiting"]
+    assert [cleanup.state for cleanup in bench.task(task).ending.cleanups] == ["waiting"]
     confirm(bench)
     assert bench.cart.goal.action == "Home"
     assert told(bench) == ["tidy"]
@@ -58,20 +58,20 @@ def test_after_an_abort_it_runs_before_on_abort() -> None:
 
     assert bench.end(task) == ("CANCELED", "aborted")
     assert told(bench) == ["tidy", "tidied", "on_abort"]
-    assert bench.task(task).cleanups == ()
+    assert bench.task(task).ending.cleanups == ()
 
 
 def test_a_breach_skips_it_and_stops_one_that_runs() -> None:
     bench, task = moving()
     breach(bench, task)
-    assert bench.task(task).cleanups == ()
+    assert bench.task(task).ending.cleanups == ()
 
     bench, task = moving()
     bench.abort(task)
     bench.run_for(0.2)
     confirm(bench)
     breach(bench, task)
-    assert [cleanup.state for cleanup in bench.task(task).cleanups] == ["stopping"]
+    assert [cleanup.state for cleanup in bench.task(task).ending.cleanups] == ["stopping"]
     assert told(bench) == ["tidy"]
 
 
@@ -83,7 +83,7 @@ def test_its_failure_is_a_note_of_the_task() -> None:
     settle(bench, "fail")
 
     assert bench.end(task) == ("CANCELED", "aborted")
-    assert bench.task(task).notes == ("finally of steps/steps[0]: failed:broken",)
+    assert bench.task(task).outcome.notes == ("finally of steps/steps[0]: failed:broken",)
     assert told(bench) == ["tidy", "on_abort"]
 
 
@@ -100,6 +100,6 @@ def test_it_is_found_again_in_a_snapshot() -> None:
         (running, "running", {"steps/steps[0]": "RUNNING", "steps/steps[0].finally[1]": "RUNNING"}),
     ):
         engine = Engine(*yard(), bench.engine.core.models, state=load_snapshot(shot))
-        (cleanup,) = engine.state.tasks[task].cleanups
+        (cleanup,) = engine.state.tasks[task].ending.cleanups
         assert (cleanup.state, engine.statuses(task)) == (state, nodes)
         assert snapshot(engine.state) == shot

@@ -32,7 +32,7 @@ def test_the_agents_are_granted_when_the_block_is_entered_and_free_after_it(make
     yard.run_for(5)
 
     assert held(yard, mine) == ["c1", "c2"]
-    assert yard.task(mine).roles == {"cart": ("c1",), "more": ("c2",)}
+    assert yard.task(mine).agents.roles == {"cart": ("c1",), "more": ("c2",)}
     for action in ("Rise", "Move", "Home"):
         step(yard, 1, action)
     assert held(yard, mine) == ["c1"]
@@ -93,7 +93,7 @@ def test_no_agent_that_could_ever_serve_is_told_at_once(make: Make) -> None:
     yard.run_for(15)
 
     assert yard.outcome(mine) == ("FAILED", "no_agent")
-    assert yard.task(mine).reason.startswith("role 'more' needs 3 agents (cart), this fleet has 2")
+    assert yard.task(mine).outcome.reason.startswith("role 'more' needs 3 agents (cart), this fleet has 2")
 
 
 def test_a_failure_in_the_block_brings_its_machine_home_before_the_block_ends(make: Make) -> None:
@@ -280,7 +280,7 @@ def test_when_all_have_failed_there_is_nobody_left(make: Make) -> None:
     yard.run_for(15)
 
     assert yard.outcome(mine) == ("FAILED", "no_agent")
-    assert "c1: failed_before; c2: failed_before" in yard.task(mine).reason
+    assert "c1: failed_before; c2: failed_before" in yard.task(mine).outcome.reason
 
 
 def test_a_high_task_preempts_for_the_agents_of_its_block(make: Make) -> None:
@@ -292,7 +292,7 @@ def test_a_high_task_preempts_for_the_agents_of_its_block(make: Make) -> None:
 
     mine = yard.start("Urgent")
 
-    assert yard.task(other).again == "preempted"
+    assert yard.task(other).restart.why == "preempted"
     assert yard.engine.state.requests[f"{mine}|steps/steps[0]"].preempting == {other: 1}
     step(yard, 0, "Home")
     assert held(yard, mine) == ["c1", "c2"]

@@ -126,4 +126,4 @@ class Yard(Bench):
 
     def outcome(self, task_id: str) -> tuple[str, str]:
         """Return a task's status and code."""
-        return self.task(task_id).status, self.task(task_id).code
+        return self.task(task_id).status, self.task(task_id).outcome.code

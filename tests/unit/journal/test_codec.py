@@ -12,7 +12,7 @@ from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import EngineStep, Started, Submit
 from formiga_bt.engine.kernel.state import EngineState, snapshot
-from formiga_bt.journal.codec import KINDS, Codec, dictionary, learned
+from formiga_bt.journal.codec import FORMAT, KINDS, Codec, dictionary, learned
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure
 from tests.replay.missions import MISSIONS
@@ -87,7 +87,10 @@ def test_a_later_version_with_more_fields_reads_what_this_one_wrote() -> None:
     ("spoil", "text"),
     [
         (lambda b: b[:-3] + bytes([b[-3] ^ 1]) + b[-2:], "step 9 of the journal is damaged: its checksum is wrong"),
-        (lambda b: bytes([2]) + b[1:], "step 9 of the journal is of format 2, this version reads 1"),
+        (
+            lambda b: bytes([FORMAT - 1]) + b[1:],
+            f"step 9 of the journal is of format {FORMAT - 1}, this version reads {FORMAT}",
+        ),
         (lambda b: b[:1] + bytes([9]) + b[2:], "step 9 of the journal cannot be read: 9"),
         (lambda _: b"", "step 9 of the journal is empty"),
     ],

@@ -12,7 +12,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
-from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.records import GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.loader import load_catalogue
@@ -95,7 +95,7 @@ def test_orders_in_words() -> None:
 
 
 def a_task(name: str, order: int, section: str = "steps") -> TaskRecord:
-    return TaskRecord(id=f"{name}-{order}", name=name, order=order, bundle="", section=section)  # type: ignore[arg-type]
+    return TaskRecord(id=f"{name}-{order}", name=name, order=order, request=TaskRequest(bundle=""), section=section)  # type: ignore[arg-type]
 
 
 def test_an_order_for_a_task_is_for_the_newest_open_one_of_that_name() -> None:
@@ -187,14 +187,22 @@ def test_a_silence_that_nothing_ends_slows_nothing_down() -> None:
 
 
 def test_what_waits_for_a_word_that_nobody_says_is_told_apart_from_what_goes_on() -> None:
-    held = TaskRecord(id="A-1", name="A", order=1, bundle="", status="ACTIVE", section="steps", held=("lockdown",))
-    ended = TaskRecord(id="B-2", name="B", order=2, bundle="", status="SUCCEEDED", section="done")
+    held = TaskRecord(
+        id="A-1",
+        name="A",
+        order=1,
+        request=TaskRequest(bundle=""),
+        status="ACTIVE",
+        section="steps",
+        hold=TaskHold(causes=("lockdown",)),
+    )
+    ended = TaskRecord(id="B-2", name="B", order=2, request=TaskRequest(bundle=""), status="SUCCEEDED", section="done")
     goal = GoalRecord(id="A-1/1/x", agent="lwd_1", action="GoTo", task="A-1", state="running")
     tasks = {"A-1": held, "B-2": ended}
 
     assert waiting_for_people(EngineState(tasks=tasks)) == [held]
     assert waiting_for_people(EngineState(tasks=tasks, goals={goal.id: goal})) == []
-    assert waiting_for_people(EngineState(tasks={**tasks, "A-1": structs.replace(held, held=())})) == []
+    assert waiting_for_people(EngineState(tasks={**tasks, "A-1": structs.replace(held, hold=TaskHold())})) == []
     assert waiting_for_people(EngineState(tasks={"B-2": ended})) == []
 
 

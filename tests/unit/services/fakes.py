@@ -7,7 +7,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.changes import Change
 from formiga_bt.engine.kernel.inputs import EngineStep, Input, TimerDue
-from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskAgents, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Done
 from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.lang.model import Site
@@ -31,8 +31,8 @@ def machine(name: str, **fields: Any) -> AgentRecord:
 def task(name: str = "PickUp-3", *agents: str, **fields: Any) -> TaskRecord:
     """Return a task in its steps that was granted these agents."""
     given = {
-        "name": name.split("-")[0], "order": 1, "bundle": "", "status": "ACTIVE", "section": "steps",
-        "roles": {"drone": agents} if agents else {}, "granted": agents, **fields,
+        "name": name.split("-")[0], "order": 1, "request": TaskRequest(bundle=""), "status": "ACTIVE", "section": "steps",
+        "agents": TaskAgents(roles={"drone": agents} if agents else {}, granted=agents), **fields,
     }  # fmt: skip
     return TaskRecord(id=name, **given)
 

@@ -239,10 +239,10 @@ class TestVersions:
             kill("one", "two")
         with up("two", {"stay.yaml": self.CHANGED}) as second:
             state = second.host.driver.engine.state
-            assert state.tasks[mine].bundle == old
+            assert state.tasks[mine].request.bundle == old
             other = second.submit("Stay")
-            assert state.tasks[other].bundle == second.host._tasks["Stay"].bundle != old
-            assert (state.tasks[mine].version, state.tasks[other].version) == (1, 2)
+            assert state.tasks[other].request.bundle == second.host._tasks["Stay"].bundle != old
+            assert (state.tasks[mine].request.version, state.tasks[other].request.version) == (1, 2)
             assert "version" in second.codes(mine)
 
     def test_and_once_more(self, up: Up, kill: Callable[[str, str], Path]) -> None:
@@ -255,7 +255,7 @@ class TestVersions:
         with up("three", {"stay.yaml": self.CHANGED}) as third:
             state = third.host.driver.engine.state
             third.wait(lambda: third.task(mine)["status"] == third.task(other)["status"] == "ACTIVE")
-            assert state.tasks[mine].bundle != state.tasks[other].bundle
+            assert state.tasks[mine].request.bundle != state.tasks[other].request.bundle
             assert [one.n for one in state.library["Stay"]] == [1, 2]
 
     def test_files_that_were_not_kept_send_it_home(self, up: Up, kill: Callable[[str, str], Path]) -> None:

@@ -19,6 +19,7 @@ from formiga_bt.cli.operator import why
 from formiga_bt.cli.options import connect_source
 from formiga_bt.client import ApiError, Client, NoEngine, connect
 from formiga_bt.engine.kernel.changes import TaskPut
+from formiga_bt.engine.kernel.records import TaskTimes
 from formiga_bt.show.why.text import in_words
 from tests.unit.services.conftest import Service, starter
 from tests.unit.services.fakes import task
@@ -278,7 +279,7 @@ def test_two_engines_named_are_one_too_many(remote: Client, tmp_path: Path) -> N
 # -- many tasks --------------------------------------------------------------------------------------------------------
 def test_a_page_of_a_thousand_tasks_holds_the_view_for_a_moment_only(tmp_path: Path) -> None:
     with starter(tmp_path)() as service:
-        many = [TaskPut(task(f"Look-{n}", order=n, submitted_at=1)) for n in range(1000)]
+        many = [TaskPut(task(f"Look-{n}", order=n, times=TaskTimes(submitted_at=1))) for n in range(1000)]
         service.host.view.feed_step(step(10**6, *many))
         service.host.view.catch_up()
         source = connect_source(url=service.url)

@@ -8,7 +8,7 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
 from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
-from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Lockdown
+from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Lockdown, SystemOrder, TaskFamily, TaskHold
 from formiga_bt.engine.kernel.timers import OrderDue
 from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.messages import PreflightCheck
@@ -29,7 +29,7 @@ INTERRUPTED = GoalRecord(
 
 
 def held(*causes: str) -> TaskPut:
-    return TaskPut(task("PickUp-3", "hwd_1", held=causes))
+    return TaskPut(task("PickUp-3", "hwd_1", hold=TaskHold(causes=causes)))
 
 
 # -- stops -----------------------------------------------------------------------------------------------------------------
@@ -140,9 +140,9 @@ def test_an_order_tells_what_its_machine_does(
 
 def test_a_stop_of_a_task_tells_of_the_machines_of_those_that_it_requested(paper: Paper) -> None:
     paper.put(
-        TaskPut(task("Tour-1", children=("PickUp-3", "Look-4"))),
-        TaskPut(task("PickUp-3", "hwd_1", parent="Tour-1")),
-        TaskPut(task("Look-4", "lwd_1", parent="Tour-1", detached=True)),
+        TaskPut(task("Tour-1", family=TaskFamily(children=("PickUp-3", "Look-4")))),
+        TaskPut(task("PickUp-3", "hwd_1", family=TaskFamily(parent="Tour-1"))),
+        TaskPut(task("Look-4", "lwd_1", family=TaskFamily(parent="Tour-1", detached=True))),
         AgentPut(machine("lwd_1", task="Look-4", order=2)),
     )
     paper.then(OrderPut("hwd_1", order("hwd_1", "land", scope="task")))
@@ -154,7 +154,7 @@ def test_a_stop_of_a_task_tells_of_the_machines_of_those_that_it_requested(paper
 
 
 def test_an_order_carried_out_by_a_system_task_names_it(paper: Paper) -> None:
-    own = TaskPut(task("Return-4", system_agent="hwd_1", stop="return"))
+    own = TaskPut(task("Return-4", system=SystemOrder(agent="hwd_1", stop="return")))
     paper.then(own, OrderPut("hwd_1", order("hwd_1", "return", task="Return-4")))
 
     assert paper.stops.agent("hwd_1", "return").ordered[0].text == "hwd_1 flies home to p3 (Return-4)"

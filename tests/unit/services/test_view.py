@@ -8,9 +8,10 @@ from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.changes import LockdownPut, TaskPut
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, TimerDue
-from formiga_bt.engine.kernel.records import Lockdown, TaskRecord
+from formiga_bt.engine.kernel.records import Lockdown, TaskRecord, TaskRequest, TaskRestart, TaskTimes
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.timers import TurnDue
+from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.rehearsal.testing import packaged_task
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.view import EngineView
@@ -30,7 +31,15 @@ def step(seq: int, *changes: object, effects: tuple[object, ...] = ()) -> Engine
 
 def ended(number: int) -> TaskPut:
     return TaskPut(
-        TaskRecord(id=f"T-{number}", name="T", order=number, bundle="", status="SUCCEEDED", section="done", ended_at=1)
+        TaskRecord(
+            id=f"T-{number}",
+            name="T",
+            order=number,
+            request=TaskRequest(bundle=""),
+            status="SUCCEEDED",
+            section="done",
+            times=TaskTimes(ended_at=1),
+        )
     )
 
 
@@ -141,7 +150,7 @@ def test_a_section_that_a_step_only_passes_through_is_not_told() -> None:
     """In `finally` nothing was done; the ways home of `recover` are told."""
     view = EngineView(1)
     view.start()
-    task = TaskRecord(id="T-1", name="T", order=1, bundle="", status="ENDING", section="steps")
+    task = TaskRecord(id="T-1", name="T", order=1, request=TaskRequest(bundle=""), status="ENDING", section="steps")
     view.feed_step(step(1, TaskPut(task)))
     view.feed_step(step(2, *(TaskPut(replace(task, section=one)) for one in ("finally", "recover"))))  # type: ignore[arg-type]
     view.catch_up()
@@ -156,9 +165,14 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
     given = Operator("continue", "hwd_1", "eve")
     view.feed_step(EngineStep(1, 1000, given, (), (), Refusal("not_held", "hwd_1 is not held")))
     anew = TaskRecord(
-        id="T-1", name="T", order=1, bundle="", status="ENDING", outcome="CANCELED", code="restarted", reason="by eve",
-        again="restart",
-    )  # fmt: skip
+        id="T-1",
+        name="T",
+        order=1,
+        request=TaskRequest(bundle=""),
+        status="ENDING",
+        outcome=TaskOutcome(status="CANCELED", code="restarted", reason="by eve"),
+        restart=TaskRestart(why="restart"),
+    )
     view.feed_step(step(2, TaskPut(anew)))
     view.catch_up()
 

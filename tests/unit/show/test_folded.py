@@ -15,10 +15,15 @@ from formiga_bt.engine.kernel.records import (
     Lockdown,
     Question,
     StandingOrder,
+    TaskAgents,
+    TaskHold,
     TaskRecord,
+    TaskRequest,
+    TaskTimes,
 )
 from formiga_bt.engine.kernel.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, Timer
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from formiga_bt.show.facts import ActionFact, Chart, Now, Stats, TaskPicture, Timeline
@@ -46,8 +51,8 @@ class Board:
 
 def task(number: int, status: str = "ACTIVE", **more: object) -> ch.TaskPut:
     section = "" if status == "PENDING" else "done" if status in ("SUCCEEDED", "FAILED") else "steps"
-    given = {"section": section, "submitted_at": number, **more}
-    return ch.TaskPut(TaskRecord(id=f"T-{number}", name="T", order=number, bundle="", status=status, **given))  # type: ignore[arg-type]
+    given = {"section": section, "request": TaskRequest(bundle=""), "times": TaskTimes(submitted_at=number), **more}
+    return ch.TaskPut(TaskRecord(id=f"T-{number}", name="T", order=number, status=status, **given))  # type: ignore[arg-type]
 
 
 def question(number: int, of: int, lapses_s: int | None, **more: object) -> ch.QuestionPut:
@@ -76,9 +81,9 @@ def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_statu
         question(1, 5, 100),
         task(6),
         question(2, 6, None),
-        task(7, "SUCCEEDED", ended_at=SECOND),
-        task(8, "FAILED", ended_at=2 * SECOND, code="timeout"),
-        task(9, held=("operator",)),
+        task(7, "SUCCEEDED", times=TaskTimes(ended_at=SECOND)),
+        task(8, "FAILED", times=TaskTimes(ended_at=2 * SECOND), outcome=TaskOutcome(code="timeout")),
+        task(9, hold=TaskHold(causes=("operator",))),
     )
 
     now = board.source.now()
@@ -99,7 +104,12 @@ def test_who_waits_for_agents_stands_behind_all_who_work_in_the_order_of_the_que
     board = Board()
     for n in range(1, 199):
         board(
-            task(n, "PENDING", priority="high" if n == 150 else "medium", submitted_at=n),
+            task(
+                n,
+                "PENDING",
+                request=TaskRequest(bundle="", priority="high" if n == 150 else "medium"),
+                times=TaskTimes(submitted_at=n),
+            ),
             due(TaskDue(f"T-{n}", "wait"), 900),
         )
     board(
@@ -119,7 +129,7 @@ def test_who_waits_for_agents_stands_behind_all_who_work_in_the_order_of_the_que
 def test_a_page_is_a_part_of_the_same_order() -> None:
     board = Board()
     board(*(task(n) for n in range(1, 30)), *(due(TaskDue(f"T-{n}", "timeout"), n * 7 % 30) for n in range(1, 30)))
-    board(task(40, "SUCCEEDED", ended_at=1))
+    board(task(40, "SUCCEEDED", times=TaskTimes(ended_at=1)))
     whole = [one.id for one in board.source.now(over=True).tasks]
 
     for first, count in ((0, 5), (5, 5), (25, 10), (29, 3), (60, 5), (0, 0)):
@@ -142,7 +152,8 @@ def test_a_page_is_a_part_of_the_same_order() -> None:
 def test_what_cannot_be_taken_back(changes: tuple[ch.Change, ...], urgent: str, at_s: int) -> None:
     board = Board()
     board(
-        task(1, roles={"cart": ("c1",)}), ch.AgentPut(AgentRecord(id="c1", type="cart", task="T-1", liveness="SUSPECT"))
+        task(1, agents=TaskAgents(roles={"cart": ("c1",)})),
+        ch.AgentPut(AgentRecord(id="c1", type="cart", task="T-1", liveness="SUSPECT")),
     )
     assert board.source.now().tasks[0].urgent_at is None
     board.seq = 0
@@ -155,11 +166,11 @@ def test_what_cannot_be_taken_back(changes: tuple[ch.Change, ...], urgent: str, 
 def test_tasks_are_found_by_id_agent_code_and_words() -> None:
     board = Board()
     board(
-        task(1, roles={"cart": ("c1",)}),
+        task(1, agents=TaskAgents(roles={"cart": ("c1",)})),
         ch.GoalPut(GoalRecord(id="T-1/1/steps/steps[0]", agent="c1", action="Haul", task="T-1", state="running")),
         task(2, "PENDING"),
         ch.RequestPut("T-2", AgentRequest(holder="T-2", priority="medium", order=1, at=0, roles=())),
-        task(3, "FAILED", code="agent_lost", ended_at=1),
+        task(3, "FAILED", outcome=TaskOutcome(code="agent_lost"), times=TaskTimes(ended_at=1)),
     )
 
     def found(text: str, over: bool = True) -> list[str]:
@@ -185,14 +196,14 @@ def test_what_a_task_does_is_said_in_few_words() -> None:
         phase="on its way",
     )
     board(
-        task(1, held=("take-over:c1",)),
+        task(1, hold=TaskHold(causes=("take-over:c1",))),
         ch.GoalPut(flight),
         ch.AgentPut(AgentRecord(id="c1", type="cart", control="engine")),
     )
     (one,) = board.source.now().tasks
     assert one.doing == "held: a pilot, or its own failsafe, has taken c1 over; c1 Move on its way 40 %"
     assert one.needs == "hand c1 back"
-    board(task(1, held=("clearance:c1",)), question(4, 1, None), ch.GoalDrop(flight.id))
+    board(task(1, hold=TaskHold(causes=("clearance:c1",))), question(4, 1, None), ch.GoalDrop(flight.id))
     (one,) = board.source.now().tasks
     assert one.doing == "Q4 asks eve, bob, 1 s"
     (asked,) = board.source.now().questions
@@ -205,7 +216,7 @@ def test_a_machine_that_waits_for_people_to_stand_clear_gives_up_when_its_own_pa
         id="clear/c1/1", number="Q1", task="T-1", priority="medium", kind="clearance", text="Clear?", options=("clear",),
         tiers=(("eve",),), asked_at=SECOND, expires_at=300 * SECOND,
     )  # fmt: skip
-    board(task(1, held=("clearance:c1",)), ch.QuestionPut(asked), due(ClearanceDue("c1"), 45))
+    board(task(1, hold=TaskHold(causes=("clearance:c1",))), ch.QuestionPut(asked), due(ClearanceDue("c1"), 45))
 
     now = board.source.now()
     assert [(one.lapses_at, one.clears) for one in now.questions] == [(45 * SECOND, "c1")]
@@ -217,7 +228,7 @@ def test_the_top_line_says_what_a_person_must_see_first() -> None:
     board = Board()
     airborne = AgentRecord(id="c1", type="cart", landed="airborne", liveness="ALIVE", control="pilot", taken=True)
     board(
-        task(1, held=("take-over:c1",)),
+        task(1, hold=TaskHold(causes=("take-over:c1",))),
         question(1, 1, None),
         ch.AgentPut(airborne),
         ch.AgentPut(AgentRecord(id="c2", type="cart", liveness="LOST", quarantine="lost")),
@@ -302,12 +313,12 @@ def test_how_long_things_took(flown: tuple[FoldedSource, str]) -> None:
 
     (whole,) = stats.tasks
     record = source.ledger.state.tasks[one]
-    assert record.ended_at is not None
-    assert record.active_at is not None
+    assert record.times.ended_at is not None
+    assert record.times.active_at is not None
     assert (whole.name, whole.n, whole.median_s) == (
         "PickUp",
         1,
-        pytest.approx((record.ended_at - record.active_at) / SECOND, abs=0.001),
+        pytest.approx((record.times.ended_at - record.times.active_at) / SECOND, abs=0.001),
     )
     assert [(spread.name, spread.group, spread.n) for spread in stats.actions] == [
         ("GoTo", "hwd", 5),
@@ -346,7 +357,11 @@ def test_a_silence_of_wall_time_ends_sooner_on_a_fast_clock() -> None:
     board = Board()
     board.source = FoldedSource(board.ledger, SITE, {}, CATALOGUE, speed=20.0)
     silent = AgentRecord(id="c1", type="cart", task="T-1", liveness="SUSPECT")
-    board(task(1, roles={"cart": ("c1",)}), ch.AgentPut(silent), ch.WallTimerSet(LiveDue("c1"), 27 * SECOND))
+    board(
+        task(1, agents=TaskAgents(roles={"cart": ("c1",)})),
+        ch.AgentPut(silent),
+        ch.WallTimerSet(LiveDue("c1"), 27 * SECOND),
+    )
 
     assert board.source.now().tasks[0].urgent_at == (1 + 27 * 20) * SECOND
 

@@ -6,7 +6,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
-from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import LiveDue, TaskDue
@@ -32,9 +32,14 @@ class Feeder:
 def task(number: int, section: str = "steps", **more: object) -> ch.TaskPut:
     over = section == "done"
     record = TaskRecord(
-        id=f"T-{number}", name="T", order=number, bundle="", status="SUCCEEDED" if over else "ACTIVE", section=section,  # type: ignore[arg-type]
-        **more,  # type: ignore[arg-type]
-    )  # fmt: skip
+        id=f"T-{number}",
+        name="T",
+        order=number,
+        request=TaskRequest(bundle=""),
+        status="SUCCEEDED" if over else "ACTIVE",
+        section=section,
+        **more,
+    )  # type: ignore[arg-type]
     return ch.TaskPut(record)
 
 
@@ -103,9 +108,9 @@ def test_a_wait_at_the_gate_is_a_row_unless_the_goal_leaves_at_once() -> None:
 def test_a_hold_is_a_row_for_each_cause_and_a_clearance_is_told_as_its_question() -> None:
     feed = Feeder()
     feed(task(1))
-    feed(task(1, held=("clearance:hwd_1",)))
-    feed(task(1, held=("clearance:hwd_1", "take-over:hwd_1")))
-    feed(task(1, held=("lockdown",)))
+    feed(task(1, hold=TaskHold(causes=("clearance:hwd_1",))))
+    feed(task(1, hold=TaskHold(causes=("clearance:hwd_1", "take-over:hwd_1"))))
+    feed(task(1, hold=TaskHold(causes=("lockdown",))))
     feed(task(1, "done"))
 
     waits = [(row.kind, row.start, row.end, row.text) for row in feed.ledger.stories["T-1"].waits]

@@ -11,7 +11,18 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, PublishState, Started
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Lockdown, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.records import (
+    AgentRecord,
+    GoalRecord,
+    Lockdown,
+    StandingOrder,
+    TaskAgents,
+    TaskHold,
+    TaskRecord,
+    TaskRequest,
+    TaskTimes,
+)
+from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.show.history.runlog import RunLog
 from formiga_bt.show.live import LivePrinter, LiveView, PlainView
 
@@ -32,8 +43,8 @@ def goal(state: str, **more: object) -> ch.GoalPut:
 
 
 def task(status: str, **more: object) -> ch.TaskPut:
-    record = TaskRecord(id="T-1", name="T", order=1, bundle="", status=status, submitted_at=SECOND, **more)  # type: ignore[arg-type]
-    return ch.TaskPut(record)
+    given = {"request": TaskRequest(bundle=""), "times": TaskTimes(submitted_at=SECOND), **more}
+    return ch.TaskPut(TaskRecord(id="T-1", name="T", order=1, status=status, **given))  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -54,7 +65,13 @@ def log() -> RunLog:
 
 
 def end(log: RunLog, status: str = "SUCCEEDED", state: str = "succeeded", code: str = "") -> None:
-    done = task(status, section="done", code=code, granted=("hwd_1",), ended_at=9 * SECOND)
+    done = task(
+        status,
+        section="done",
+        outcome=TaskOutcome(code=code),
+        agents=TaskAgents(granted=("hwd_1",)),
+        times=TaskTimes(submitted_at=SECOND, ended_at=9 * SECOND),
+    )
     log.feed(
         EngineStep(3, 9 * SECOND, Started(1), (goal(state, code=code), done), (PublishState("T-1", status, code),))
     )
@@ -148,7 +165,11 @@ def test_the_live_display_tells_who_is_missing_and_what_goes_on(log: RunLog) -> 
 def test_the_live_display_shows_held_tasks_as_held(log: RunLog) -> None:
     log.feed(
         EngineStep(
-            3, 6 * SECOND, Started(1), (task("ACTIVE", section="steps", held=("operator",)), ch.GoalDrop("g")), ()
+            3,
+            6 * SECOND,
+            Started(1),
+            (task("ACTIVE", section="steps", hold=TaskHold(causes=("operator",))), ch.GoalDrop("g")),
+            (),
         )
     )
     view = LiveView()
@@ -168,7 +189,7 @@ def test_the_live_display_shows_lockdown_on_top_and_the_order_on_each_machine(lo
         ch.LockdownPut(Lockdown("return", "eve", 0)),
         ch.OrderPut("hwd_1", order),
         ch.AgentPut(replace(agent, taken=True, control="pilot", breach="!reserve")),
-        task("ACTIVE", section="steps", held=("lockdown",)),
+        task("ACTIVE", section="steps", hold=TaskHold(causes=("lockdown",))),
         goal("interrupted", code="stopped"),
     )
     log.feed(EngineStep(3, 6 * SECOND, Started(1), changes, ()))

@@ -8,7 +8,15 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep, NotifyPeople, PublishState, Started
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.records import (
+    AgentRecord,
+    GoalRecord,
+    Question,
+    TaskHold,
+    TaskRecord,
+    TaskRequest,
+)
+from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.show.history.runlog import LogLine, RunLog
 
 
@@ -34,7 +42,9 @@ def goal(state: str, code: str = "", goal_id: str = "T-1/1/steps/a") -> ch.GoalP
 
 
 def task(status: str, order: int = 1, **more: object) -> ch.TaskPut:
-    return ch.TaskPut(TaskRecord(id=f"T-{order}", name="T", order=order, bundle="", status=status, **more))  # type: ignore[arg-type]
+    return ch.TaskPut(
+        TaskRecord(id=f"T-{order}", name="T", order=order, request=TaskRequest(bundle=""), status=status, **more)
+    )  # type: ignore[arg-type]
 
 
 def test_an_action_lasts_from_its_sending_to_its_end(feed: Feeder) -> None:
@@ -64,11 +74,11 @@ def test_a_question_taken_back_is_withdrawn(feed: Feeder) -> None:
 def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder) -> None:
     feed(task("PENDING"), effects=(PublishState("T-1", "PENDING"),))
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
-    feed(task("ACTIVE", reason="of no interest"))
-    feed(task("ACTIVE", held=("clearance:hwd_1", "operator")), effects=(PublishState("T-1", "HELD"),))
+    feed(task("ACTIVE", outcome=TaskOutcome(reason="of no interest")))
+    feed(task("ACTIVE", hold=TaskHold(causes=("clearance:hwd_1", "operator"))), effects=(PublishState("T-1", "HELD"),))
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     last = (NotifyPeople("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
-    feed(task("FAILED", code="timeout", reason="too slow"), effects=last)
+    feed(task("FAILED", outcome=TaskOutcome(code="timeout", reason="too slow")), effects=last)
     assert [line.text for line in feed.log.lines] == [
         "T-1 PENDING",
         "T-1 ACTIVE",

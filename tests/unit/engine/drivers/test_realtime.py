@@ -427,7 +427,7 @@ def test_a_goal_that_was_to_leave_before_a_standstill_is_looked_at_again(
     driver.stop()
     assert len(wire.goals) == 1
     assert wire.goals[0].beat >= 25
-    assert not [task for task in engine.state.tasks.values() if task.code]
+    assert not [task for task in engine.state.tasks.values() if task.outcome.code]
 
 
 def test_an_engine_that_comes_late_tells_it_once_and_when_it_has_caught_up(

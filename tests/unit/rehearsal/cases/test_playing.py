@@ -94,7 +94,7 @@ class TestGoals:
         assert differs == []
         assert [one.name for one in came.sent] == ["drone.TakeOff"]
         assert came.task is not None
-        assert "no_propeller" in came.task.reason
+        assert "no_propeller" in came.task.outcome.reason
 
     def test_a_goal_that_begins_late_takes_longer(self, read: Read) -> None:
         expect = "    expect: {max_time: 3 min}\n"

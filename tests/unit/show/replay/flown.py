@@ -144,4 +144,4 @@ def fly(
 
 
 def _roles(run: VirtualRun, name: str):  # type: ignore[no-untyped-def]
-    return lambda: next((t.roles for t in run.rehearsal.engine.state.tasks.values() if t.name == name), {})
+    return lambda: next((t.agents.roles for t in run.rehearsal.engine.state.tasks.values() if t.name == name), {})

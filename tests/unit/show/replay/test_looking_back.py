@@ -101,8 +101,10 @@ def test_a_story_tells_that_the_engine_ended_in_between(
     with blocked.machine() as machine:
         begun = machine.record("PickUp-1")
         assert begun is not None
-        ends = [begun.submitted_at + s * SECOND for s in (37, 60)]  # the second after the task's end
+        ends = [begun.times.submitted_at + s * SECOND for s in (37, 60)]  # the second after the task's end
         found = [Restart(end, end + passed * SECOND, away * SECOND, is_clean=clean) for end in ends]
         monkeypatch.setattr(TimeMachine, "restarts", lambda *_: found)
         told = [one for one in tale(JournalSource(machine), "PickUp-1").events if "engine" in one.text]
-    assert [(one.at, one.severity, one.text) for one in told] == [(begun.submitted_at + 37 * SECOND, severity, text)]
+    assert [(one.at, one.severity, one.text) for one in told] == [
+        (begun.times.submitted_at + 37 * SECOND, severity, text)
+    ]

@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import UnusableFile
-from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.records import TaskRecord, TaskRequest, TaskTimes
 from formiga_bt.show.replay.when import MomentWords, in_words, meant, moment
 
 
@@ -18,9 +18,8 @@ TASK = TaskRecord(
     id="PickUp-3",
     name="PickUp",
     order=3,
-    bundle="",
-    submitted_at=us("2026-07-01T09:00"),
-    ended_at=us("2026-07-01T09:05"),
+    request=TaskRequest(bundle=""),
+    times=TaskTimes(submitted_at=us("2026-07-01T09:00"), ended_at=us("2026-07-01T09:05")),
 )
 TIMES = MomentWords(us("2026-06-30T08:00"), us("2026-07-01T10:30"), {"PickUp-3": TASK}.get)
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Question
+from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Question, TaskHold
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import ClearanceDue
 from formiga_bt.show.why.front import explain
@@ -86,7 +86,7 @@ def test_a_quarantine_tells_what_a_person_can_say(
 def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_time_that_is_left(
     state: EngineState,
 ) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", held=("clearance:hwd_1",))
+    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=("clearance:hwd_1",)))
     state.goals["g"] = GoalRecord(
         id="g", agent="hwd_1", action="LandIn", task="PickUp-3", section="steps", state="gated", code="clearance"
     )

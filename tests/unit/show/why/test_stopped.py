@@ -6,9 +6,18 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
-from formiga_bt.engine.kernel.records import FoundMachine, GoalRecord, Lockdown, Verdict
+from formiga_bt.engine.kernel.records import (
+    FoundMachine,
+    GoalRecord,
+    Lockdown,
+    TaskFamily,
+    TaskHold,
+    TaskRestart,
+    Verdict,
+)
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.services.standing import lockdown_fact, order_fact
 from formiga_bt.show.facts import Because
@@ -41,8 +50,8 @@ def one(state: EngineState, code: str, catalogue: Catalogue | None = None) -> Be
     return line
 
 
-def held(state: EngineState, *causes: str, **fields: Any) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", held=causes, **fields)
+def held(state: EngineState, *causes: str, found: dict[str, FoundMachine] | None = None, **fields: Any) -> None:
+    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=causes, found=found or {}), **fields)
 
 
 def goal(known: EngineState, **fields: Any) -> None:
@@ -232,7 +241,8 @@ def test_each_code_of_the_gate_has_words(state: EngineState, code: str, whom: st
     ],
 )  # fmt: skip
 def test_a_task_that_begins_anew_says_why(state: EngineState, again: Any, reason: str, text: str) -> None:
-    held(state, again=again, reason=reason, outcome="CANCELED", code="aborted", section="on_abort", status="ENDING")
+    outcome = TaskOutcome(status="CANCELED", code="aborted", reason=reason)
+    held(state, restart=TaskRestart(why=again), outcome=outcome, section="on_abort", status="ENDING")
     assert told(state)[0].text == text
 
 
@@ -264,10 +274,12 @@ def test_each_limit_of_the_envelope_has_words_and_an_unknown_one_too() -> None:
 
 # -- families ----------------------------------------------------------------------------------------------------------
 def test_a_task_names_the_open_tasks_that_it_requested(state: EngineState) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", children=("Look-4", "Look-5", "Look-6"))
-    state.tasks["Look-4"] = task("Look-4", parent="PickUp-3", section="done", status="SUCCEEDED")
-    state.tasks["Look-5"] = task("Look-5", parent="PickUp-3", held=("operator",))
-    state.tasks["Look-6"] = task("Look-6", parent="PickUp-3", detached=True, status="PENDING", section="")
+    state.tasks["PickUp-3"] = task("PickUp-3", family=TaskFamily(children=("Look-4", "Look-5", "Look-6")))
+    state.tasks["Look-4"] = task("Look-4", family=TaskFamily(parent="PickUp-3"), section="done", status="SUCCEEDED")
+    state.tasks["Look-5"] = task("Look-5", family=TaskFamily(parent="PickUp-3"), hold=TaskHold(causes=("operator",)))
+    state.tasks["Look-6"] = task(
+        "Look-6", family=TaskFamily(parent="PickUp-3", detached=True), status="PENDING", section=""
+    )
 
     lines = [(line.text, line.hint) for line in told(state) if line.code == "child"]
 
@@ -282,7 +294,9 @@ def test_a_task_names_the_open_tasks_that_it_requested(state: EngineState) -> No
 def test_a_requested_task_names_who_requested_it(
     state: EngineState, status: str, section: str, detached: bool, then: str
 ) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", parent="Tour-1", detached=detached, status=status, section=section)
+    state.tasks["PickUp-3"] = task(
+        "PickUp-3", family=TaskFamily(parent="Tour-1", detached=detached), status=status, section=section
+    )
 
     line = one(state, "parent")
 
@@ -290,13 +304,13 @@ def test_a_requested_task_names_who_requested_it(
 
 
 def test_a_parent_whose_ended_child_was_forgotten_is_explained_all_the_same(state: EngineState) -> None:
-    held(state, "operator", children=("Look-4",))
+    held(state, "operator", family=TaskFamily(children=("Look-4",)))
     assert one(state, "held.operator").hint == "formiga continue PickUp-3 | formiga abort PickUp-3"
 
 
 def test_an_explanation_does_not_send_to_itself_and_helps_once(state: EngineState) -> None:
     state.tasks["PickUp-3"] = task(
-        "PickUp-3", "hwd_1", held=("operator", "operator:hwd_1"), section="finally", status="ENDING"
+        "PickUp-3", "hwd_1", hold=TaskHold(causes=("operator", "operator:hwd_1")), section="finally", status="ENDING"
     )
     state.orders["hwd_1"] = order("hwd_1", "hold")
     assert all("formiga why PickUp-3" not in line.hint for line in told(state))

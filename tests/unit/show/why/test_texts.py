@@ -13,10 +13,20 @@ from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.policy import closest_charged
 from formiga_bt.engine.kernel.inputs import Abort, Operator
-from formiga_bt.engine.kernel.records import AgentRequest, GoalRecord, Question, Recovering, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import (
+    AgentRequest,
+    GoalRecord,
+    Question,
+    Recovering,
+    RoleRequest,
+    TaskAgents,
+    TaskFamily,
+    TaskTimes,
+    Verdict,
+)
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.request.binding import bind_params
-from formiga_bt.nodes.run import Failure
+from formiga_bt.nodes.run import Failure, TaskOutcome
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, simulated
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from formiga_bt.show.facts import ActionFact
@@ -367,11 +377,25 @@ def test_an_order_keeps_a_machine_in_the_way(state: EngineState) -> None:
 def test_a_failure_tells_what_was_tried_what_the_cleanup_did_and_who_stayed_out(state: EngineState) -> None:
     key = "steps/steps[1].steps[0]@3"
     state.tasks["PickUp-3"] = task(
-        "PickUp-3", "hwd_1", status="FAILED", section="done", outcome="FAILED", code="failed:motor", reason="no thrust",
-        failure=Failure("failed:motor", "no thrust", key, "hwd_2"), children=("Look-4",), notes=("finally: rejected",),
-        recovering=(Recovering("hwd_1", 3, "failed"),),
-    )  # fmt: skip
-    state.tasks["Look-4"] = task("Look-4", status="FAILED", section="done", outcome="FAILED", code="agent_lost")
+        "PickUp-3",
+        "hwd_1",
+        status="FAILED",
+        section="done",
+        outcome=TaskOutcome(
+            status="FAILED",
+            code="failed:motor",
+            reason="no thrust",
+            failure=Failure("failed:motor", "no thrust", key, "hwd_2"),
+            notes=("finally: rejected",),
+        ),
+        family=TaskFamily(children=("Look-4",)),
+        agents=TaskAgents(
+            roles={"drone": ("hwd_1",)}, granted=("hwd_1",), recovering=(Recovering("hwd_1", 3, "failed"),)
+        ),
+    )
+    state.tasks["Look-4"] = task(
+        "Look-4", status="FAILED", section="done", outcome=TaskOutcome(status="FAILED", code="agent_lost")
+    )
     state.goals.clear()
 
     def sent(agent: str, path: str, action: str = "GoTo", **fields: str) -> ActionFact:
@@ -402,7 +426,9 @@ def test_a_failure_tells_what_was_tried_what_the_cleanup_did_and_who_stayed_out(
 
 
 def test_many_agents_refused_for_one_reason_are_counted(state: EngineState) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", status="PENDING", section="", submitted_at=NOW - 5 * SECOND)
+    state.tasks["PickUp-3"] = task(
+        "PickUp-3", status="PENDING", section="", times=TaskTimes(submitted_at=NOW - 5 * SECOND)
+    )
     state.requests["PickUp-3"] = AgentRequest(
         holder="PickUp-3", priority="high", order=1, at=NOW,
         roles=(RoleRequest(role="drone", types=("hwd",), human=False),), expires=NOW + 90 * SECOND,
@@ -432,9 +458,9 @@ def test_many_agents_refused_for_one_reason_are_counted(state: EngineState) -> N
 
 def test_a_parent_follows_its_child_down_to_what_moves(state: EngineState) -> None:
     state.agents.clear()
-    state.tasks["PickUp-3"] = task("PickUp-3", children=("Look-4",))
-    state.tasks["Look-4"] = task("Look-4", parent="PickUp-3", children=("Look-5",))
-    state.tasks["Look-5"] = task("Look-5", "lwd_1", parent="Look-4")
+    state.tasks["PickUp-3"] = task("PickUp-3", family=TaskFamily(children=("Look-4",)))
+    state.tasks["Look-4"] = task("Look-4", family=TaskFamily(parent="PickUp-3", children=("Look-5",)))
+    state.tasks["Look-5"] = task("Look-5", "lwd_1", family=TaskFamily(parent="Look-4"))
     flies(state, "lwd_1", "Look-5", state="running", sent_at=NOW - 9 * SECOND)
 
     assert by_hand(state) == text(
@@ -478,7 +504,7 @@ def test_a_choice_by_charge_gives_the_numbers_of_those_with_little() -> None:
     )  # fmt: skip
     asked = AgentRequest(holder="T-1", priority="medium", order=1, at=0, roles=(wish,))
     verdicts = closest_charged([asked], [low, full]).verdicts["T-1"]
-    done = task("T-1", status="SUCCEEDED", section="done", roles={})
+    done = task("T-1", status="SUCCEEDED", section="done", agents=TaskAgents(roles={}))
     scene = WhyScene(EngineState(tasks={"T-1": done}, explanations={"T-1": verdicts}), {}, NOW)
 
     (line,) = chosen(scene, done)
