@@ -73,10 +73,15 @@ def pytest_collection() -> Generator[None, object, object]:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if not any("::" in arg for arg in config.args) and not config.getoption("lf", False):
-        config.stash[GOLDEN].tests |= {item.nodeid for item in items}
+        config.stash[GOLDEN].files |= {item.nodeid.partition("::")[0] for item in items}
+        config.stash[GOLDEN].tests |= {item.nodeid for item in items if gives_wording(item)}
     if config.getoption("update_golden"):
-        items[:] = [item for item in items if "wording" in getattr(item, "fixturenames", ())]
+        items[:] = [item for item in items if gives_wording(item)]
     items[:] = in_order(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+
+
+def gives_wording(item: pytest.Item) -> bool:
+    return "wording" in getattr(item, "fixturenames", ())
 
 
 def in_order(items: Iterable[pytest.Item], workers: int) -> list[pytest.Item]:

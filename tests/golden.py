@@ -2,12 +2,15 @@
 
 `wording(text)` in a test of tests/unit/cli compares the text with the test's entry in tests/unit/cli/wording.txt, and
 `wording.file(path, text)` with a whole file. `pytest --update-golden [PATH]` writes both as they are now: read the
-difference, for it is what people will read. Paths of temporary folders, loopback ports and process ids read <tmp> and <n>.
+difference, for it is what people will read. What differs from machine to machine (temporary folders, loopback ports,
+process ids) and digests read <tmp>, <n> and <digest>; what the wall clock says is left out by `timeless`.
 """
 
 import difflib
 import os
+import platform
 import re
+import sys
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -15,16 +18,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+TMP = re.escape(tempfile.gettempdir())
 NORMAL = (
-    (
-        re.compile(
-            rf"{re.escape(tempfile.gettempdir())}/pytest-of-[^/\s]+/pytest-\d+(/popen-gw\d+)?/[\w.-]+?\d+(?=\W|$)"
-        ),
-        "<tmp>",
-    ),
+    (re.compile(rf"{TMP}/pytest-of-[^/\s]+/pytest-\d+(/popen-gw\d+)?(/[\w.-]+?\d+(?=\W|$))?"), "<tmp>"),
+    (re.compile(rf"{TMP}/(tmp|formiga-[a-z]+-)\w{{8}}\b|{TMP}(?=[\s:,;]|$)"), "<tmp>"),
+    (re.compile(r"postgresql:\S*%2Fformiga-pg-\w{8}\b"), "<postgres>"),
+    (re.compile(re.escape(sys.executable)), "<python>"),
+    (re.compile(rf"(?<=\(process ){os.getpid()} on {re.escape(platform.node())}(?=\))"), "<n> on <host>"),
     (re.compile(rf"{re.escape(str(ROOT))}(?=/)"), "<formiga>"),
-    (re.compile(r"(?<=127\.0\.0\.1:)\d{4,5}\b"), "<n>"),
+    (re.compile(r"(?<=127\.0\.0\.1:)\d{4,5}\b|(?<=127\.0\.0\.1', )\d{4,5}\b"), "<n>"),
     (re.compile(rf"\b{os.getpid()}\b"), "<n>"),
+    (re.compile(r"\b[0-9a-f]{64}\b|\b(?=[a-f]*[0-9])(?=[0-9]*[a-f])[0-9a-f]{8}([0-9a-f]{8})?\b"), "<digest>"),
 )
 HEAD = "# What people read of this room, one entry a test. Written by pytest --update-golden: read it, do not edit it."
 
@@ -32,11 +36,12 @@ HEAD = "# What people read of this room, one entry a test. Written by pytest --u
 class Golden:
     """The golden files of a run of pytest. `update`: they are written and nothing is compared.
 
-    `tests` has the ids of all tests of the files that were collected whole.
+    `files` are those whose tests were all collected, `tests` the ids of the tests there that give a wording.
     """
 
     def __init__(self, update: bool) -> None:
         self.update = update
+        self.files: set[str] = set()
         self.tests: set[str] = set()
         self._rooms: dict[Path, dict[str, str]] = {}
 
@@ -53,14 +58,13 @@ class Golden:
         return self._rooms[file]
 
     def stale(self) -> list[str]:
-        """Return entries whose test is not there any more, as far as files were collected."""
-        files = {test.partition("::")[0] for test in self.tests}
+        """Return entries whose test is gone or gives no wording any more, as far as files were collected."""
         found = []
         for file in sorted(ROOT.glob("tests/**/wording.txt")):
             for key in self.room(file):
                 test = f"{file.parent.relative_to(ROOT).as_posix()}/{_order(key)[0]}"
                 where = test.partition("::")[0]
-                if (where in files and test not in self.tests) or not (ROOT / where).exists():
+                if (where in self.files and test not in self.tests) or not (ROOT / where).exists():
                     found.append(f"{file.relative_to(ROOT)}: {key}")
         return found
 
@@ -131,10 +135,21 @@ def normal(text: str) -> str:
     return re.sub(r" +$", "", text, flags=re.MULTILINE).strip("\n")
 
 
+def having(text: str, *words: str) -> list[str]:
+    """Return the lines of a long text that have one of some words."""
+    return [line for line in text.split("\n") if any(word in line for word in words)]
+
+
+def timeless(text: str) -> str:
+    """Return what was said by the wall clock without its dates and its seconds and minutes."""
+    return re.sub(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?Z?|\b\d+(\.\d+)? (s|min)\b", "<time>", text)
+
+
 def _lines(one: object) -> Iterable[str]:
     if isinstance(one, str | BaseException) or not isinstance(one, Iterable):
         return [str(one)]
-    return [" | ".join(map(str, line)) if isinstance(line, tuple | list) else str(line) for line in one]
+    lines = [" | ".join(map(str, line)) if isinstance(line, tuple | list) else str(line) for line in one]
+    return sorted(lines) if isinstance(one, set | frozenset) else lines
 
 
 def _order(key: str) -> tuple[str, int]:

@@ -54,6 +54,7 @@ def test_an_entry_that_is_not_used_any_more_is_found(entries: tuple[Golden, Path
     given("one")
     with pytest.raises(pytest.fail.Exception, match=r"one\] \(2\)"):
         given.end()
+    less.files = {TEST.partition("::")[0]}
     less.tests = {f"{TEST}[one]"}
     assert less.stale() == [f"tests/unit/none/wording.txt: test_no.py::test_no[two]{n}" for n in ("", " (2)")]
     (file.parent / "test_no.py").unlink()

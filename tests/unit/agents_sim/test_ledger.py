@@ -9,6 +9,7 @@ from agents_sim.motion import BodyState, Segment
 from agents_sim.referee import Referee
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
+from tests.golden import Wording
 
 LEG = Segment(0, Position(0.0, 0.0, 60.0), 10 * SECOND, Position(100.0, 0.0, 60.0))
 BODY = BodyState(LEG, "cruise", 80.0, 0, 0.1, Place(0.0, 0.0))
@@ -34,10 +35,11 @@ def test_a_drone_that_touched_down_before_it_died_stands(tmp_path: Path) -> None
     assert body.found_at(99 * SECOND, 9 * SECOND, hover_percent_s=0.05).kind == "hover"
 
 
-def test_a_broken_body_file_is_named(tmp_path: Path) -> None:
+def test_a_broken_body_file_is_named(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "d.body.json").write_text("{")
-    with pytest.raises(ValueError, match=r"d\.body\.json is no body file"):
+    with pytest.raises(ValueError, match="body") as refused:
         BodyFile(tmp_path, "d").load()
+    wording(refused.value)
 
 
 def test_a_referee_judges_ledgers_as_it_judges_live(tmp_path: Path) -> None:

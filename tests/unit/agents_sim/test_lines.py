@@ -1,7 +1,5 @@
 """Files of an agent on a full disk: nothing ends, it is told once, and all is written when there is room."""
 
-import errno
-import os
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +13,7 @@ from agents_sim.ledger import BodyFile, Saved
 from agents_sim.lines import CALM_US, Disk, Lines
 from agents_sim.motion import BodyState, Segment
 from formiga_bt.base.geo import Place, Position
+from tests.golden import Wording
 
 STANDS = Position(0.0, 0.0, 0.0)
 BODY = BodyState(Segment(0, STANDS, 0, STANDS), "rest", 80.0, 0, 0.1, Place(0.0, 0.0))
@@ -71,20 +70,18 @@ def test_a_line_that_found_half_its_room_is_finished_later(tmp_path: Path, told:
     file.close()
 
 
-def test_it_is_told_once_and_once_that_all_is_well(tmp_path: Path, told: Told) -> None:
+def test_it_is_told_once_and_once_that_all_is_well(tmp_path: Path, told: Told, wording: Wording) -> None:
     files = [told.open(tmp_path / name) for name in ("a", "b")]
     with room(0):
         for file in (*files, *files):
             file.write(b"x")
-    assert told.texts == [
-        f"hwd_1: a cannot be written ({os.strerror(errno.EFBIG)}); it goes on, and writes again when it can"
-    ]
+    wording(told.texts)
     files[0].try_again()
     told.now = CALM_US
     files[0].try_again()
     assert len(told.texts) == 1  # the other one still waits
     files[1].try_again()
-    assert told.texts[1:] == ["hwd_1: its files are written again"]
+    wording(told.texts[1:])
     assert (tmp_path / "b").read_bytes() == b"x\nx\n"
 
 
@@ -98,21 +95,18 @@ def test_a_disk_that_is_full_now_and_then_is_told_once(tmp_path: Path, told: Tol
     assert len(told.texts) == 1
 
 
-def test_what_could_not_be_told_is_told_later(tmp_path: Path, told: Told) -> None:
+def test_what_could_not_be_told_is_told_later(tmp_path: Path, told: Told, wording: Wording) -> None:
     told.is_deaf = True
     file = told.open(tmp_path / "a")
     with room(0):
         file.write(b"x")
     told.is_deaf, told.now = False, CALM_US
     file.try_again()
-    assert [text.partition(" (")[0] for text in told.texts] == [
-        "hwd_1: a cannot be written",
-        "hwd_1: its files are written again",
-    ]
+    wording([text.partition(" (")[0] for text in told.texts])
 
 
 def test_beyond_what_memory_takes_the_oldest_lines_are_given_up(
-    tmp_path: Path, told: Told, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, told: Told, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr(module, "MOST_BYTES", 20)
     file = told.open(tmp_path / "a")
@@ -122,7 +116,7 @@ def test_beyond_what_memory_takes_the_oldest_lines_are_given_up(
     told.now = CALM_US
     file.try_again()
     assert (tmp_path / "a").read_bytes() == b"line0\nline4\nline5\n"
-    assert told.texts[-1] == "hwd_1: its files are written again, but for 3 lines that had no room in memory"
+    wording(told.texts[-1])
 
 
 def test_a_line_cut_short_by_a_death_does_not_spoil_the_next(tmp_path: Path) -> None:
@@ -134,18 +128,16 @@ def test_a_line_cut_short_by_a_death_does_not_spoil_the_next(tmp_path: Path) -> 
     assert [note.goal for note in read_books(tmp_path)] == ["a", "b"]
 
 
-def test_a_file_that_cannot_be_made_is_made_later(tmp_path: Path, told: Told) -> None:
+def test_a_file_that_cannot_be_made_is_made_later(tmp_path: Path, told: Told, wording: Wording) -> None:
     file = told.open(tmp_path / "gone" / "a")
     file.write(b"x")
-    assert told.texts == [
-        f"hwd_1: a cannot be written ({os.strerror(errno.ENOENT)}); it goes on, and writes again when it can"
-    ]
+    wording(told.texts)
     (tmp_path / "gone").mkdir()
     file.close()
     assert (tmp_path / "gone" / "a").read_bytes() == b"x\n"
 
 
-def test_a_body_that_cannot_be_saved_is_as_it_was(tmp_path: Path, told: Told) -> None:
+def test_a_body_that_cannot_be_saved_is_as_it_was(tmp_path: Path, told: Told, wording: Wording) -> None:
     file = BodyFile(tmp_path, "d", told.disk)
     file.save(Saved(body=BODY, engine_us=1, wall_us=1, speed=1.0))
     with room(0):
@@ -153,4 +145,4 @@ def test_a_body_that_cannot_be_saved_is_as_it_was(tmp_path: Path, told: Told) ->
     saved = file.load()
     assert saved is not None
     assert saved.engine_us == 1
-    assert told.texts[0].startswith("hwd_1: d.body.json cannot be written (")
+    wording(told.texts[0])

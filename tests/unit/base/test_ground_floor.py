@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.base.clock import SECOND, VirtualScheduler, micros, seconds
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order, render
 from formiga_bt.base.geo import Frame, Place, Position, distance_m, horizontal_m, mm, segment_distance_m
+from tests.golden import Wording
 
 # -- clock ---------------------------------------------------------------------------------------------------------------
 
@@ -121,20 +122,14 @@ def problem(code: str = "E010", line: int = 2, **fields: str) -> Diagnostic:
     return Diagnostic(code, Mark("a.yaml", line, 3, line, 7), "no such name", **fields)
 
 
-def test_a_diagnostic_shows_its_line_with_carets_place_and_help() -> None:
+def test_a_diagnostic_shows_its_line_with_carets_place_and_help(wording: Wording) -> None:
     text = render(problem(help="say drone", within="T / steps"), {"a.yaml": "first\n  droan: x\n"})
 
-    assert text.splitlines() == [
-        "a.yaml:2:3: E010: no such name",
-        "    2 |   droan: x",
-        "      |   ^^^^",
-        "  in: T / steps",
-        "  help: say drone",
-    ]
+    wording(text.splitlines())
 
 
-def test_without_the_source_only_the_words_are_shown() -> None:
-    assert render(problem(), {}) == "a.yaml:2:3: E010: no such name"
+def test_without_the_source_only_the_words_are_shown(wording: Wording) -> None:
+    wording(render(problem(), {}))
 
 
 def test_tabs_keep_the_carets_below_the_word() -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks import bench_leak, bench_peers, bench_reaction
 from benchmarks.plots import draw_peers, series
+from tests.golden import Wording
 
 
 @pytest.mark.network
@@ -36,14 +37,8 @@ ROWS = [
 ]
 
 
-def test_the_table_has_ours_first_and_ratios_beside_the_others() -> None:
-    assert bench_peers.table(ROWS, "twelve", "idle") == [
-        "twelve: a round without news, all instances, us",
-        "                                         1                 100",
-        "  formiga_bt                   0.3                 0.5        ",
-        "  py_trees                    15.0     x50     1,500.0  x3,000",
-        "  bonsai-bt                                        0.0   x0.14",
-    ]
+def test_the_table_has_ours_first_and_ratios_beside_the_others(wording: Wording) -> None:
+    wording(bench_peers.table(ROWS, "twelve", "idle"))
     assert bench_peers.table(ROWS, "wide", "idle") == []
 
 

@@ -37,21 +37,19 @@ def test_what_is_left_to_mend_is_what_only_people_know(path: Path, world: CheckW
     assert {d.code for d in found} <= LEFT_TO_PEOPLE
 
 
-def test_a_file_without_trees_is_refused() -> None:
+def test_a_file_without_trees_is_refused(wording: Wording) -> None:
     done = import_btcpp(b"<root>\n</root>", "none.xml")
     assert done.text == ""
-    assert [f"{d.mark}: {d.code}: {d.message}" for d in done.found] == [
-        "none.xml:1:1: X01: no tree of BehaviorTree.CPP: <root> with a <BehaviorTree ID=...> is due"
-    ]
+    wording([f"{d.mark}: {d.code}: {d.message}" for d in done.found])
 
 
-def test_a_tree_that_calls_itself_is_cut_there() -> None:
+def test_a_tree_that_calls_itself_is_cut_there(wording: Wording) -> None:
     xml = (
         b'<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><Go/><SubTree ID="A"/></Sequence></BehaviorTree></root>'
     )
     done = import_btcpp(xml, "a.xml")
     assert "X08" in {d.code for d in done.found}
-    assert 'fail: "TODO: call A"' in done.text
+    wording(done.text)
     assert [one.code for one in done.errors] == ["X08"]
 
 

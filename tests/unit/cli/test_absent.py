@@ -14,6 +14,7 @@ from formiga_bt.cli.integrator import absent, sim_fleet, sim_live
 from formiga_bt.cli.integrator.absent import check_absent
 from formiga_bt.client import NoEngine
 from formiga_bt.show.facts import AgentFact, AgentList
+from tests.golden import Wording
 from tests.unit.cli.paper import PaperClient
 from tests.unit.cli.paper import agents as listed
 
@@ -72,7 +73,9 @@ def test_who_goes_or_is_another_is_no_hindrance(monkeypatch: pytest.MonkeyPatch)
     check_absent(Engine(), ["lwd_1"], can_leave_out=True, wait_s=0)  # type: ignore[arg-type]
 
 
-def test_both_kinds_of_simulation_ask_first(tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_kinds_of_simulation_ask_first(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
     engine = Engine([agent("watcher_1", desk=True)])
@@ -80,9 +83,9 @@ def test_both_kinds_of_simulation_ask_first(tmp_path: Path, capsys: Capture, mon
     monkeypatch.setattr(sim_fleet, "read_address", lambda _: address)
     monkeypatch.setattr(sim_fleet, "Client", lambda _: engine)
     assert run(["sim"]) == 1
-    assert "watcher_1 answers at the engine's desk" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
     engine.address = replace(engine.address, site="rovaniemi")
     monkeypatch.setattr(sim_live, "_client", lambda _: engine)
     assert run(["sim", "demo"]) == 1
-    assert "start the engine without --desk watcher_1" in capsys.readouterr().err
+    wording(capsys.readouterr().err)

@@ -9,6 +9,7 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.rewriting import rewrite
+from tests.golden import Wording, having
 
 BAD = "formiga: 1\ntask: Example\nsteps:\n  - sleep: 5 s\n  - wait: 15\n"
 LOOSE = "formiga:   1\ntask: Example   # odd: 3 %, a,b\nsteps:\n- wait:   5 s\n"
@@ -45,17 +46,12 @@ def test_sarif_has_rules_places_and_fixes(capsys: pytest.CaptureFixture[str]) ->
     assert "fixes" not in second
 
 
-def test_github_gets_one_line_for_each_problem(capsys: pytest.CaptureFixture[str]) -> None:
+def test_github_gets_one_line_for_each_problem(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     Path("a,b%.yaml").write_text(BAD, encoding="utf-8")
     code, out, _ = said(capsys, "check", "--github", "a,b%.yaml")
 
     assert code == 1
-    assert out.splitlines() == [
-        "::error file=a%2Cb%25.yaml,line=4,col=5,endColumn=10,title=E006::'sleep' is not a step; did you mean 'wait'?",
-        "::error file=a%2Cb%25.yaml,line=5,col=11,endColumn=13,title=E017::wait needs a unit: 15 s or 15 min?"
-        "%0Ahelp: write 15 s or 15 min",
-        "refused: 1 file, 2 errors, 0 warnings",
-    ]
+    wording(out.splitlines())
 
 
 @pytest.mark.parametrize("form", ["--json", "--sarif", "--github"])
@@ -67,11 +63,10 @@ def test_the_exit_code_does_not_depend_on_the_form(form: str, capsys: pytest.Cap
     assert said(capsys, "check", form, "gone.yaml")[0] == 2
 
 
-def test_two_forms_at_once_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert said(capsys, "check", "--json", "--sarif", "bad.yaml")[::2] == (
-        2,
-        "formiga: --json and --sarif exclude one another\n",
-    )
+def test_two_forms_at_once_are_refused(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
+    code, text = said(capsys, "check", "--json", "--sarif", "bad.yaml")[::2]
+    assert code == 2
+    wording(text)
 
 
 def test_a_plain_check_does_without_the_command_line_library() -> None:
@@ -84,10 +79,16 @@ def test_a_plain_check_does_without_the_command_line_library() -> None:
     assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL).returncode == 0
 
 
-def test_fmt_writes_the_canonical_layout_and_keeps_the_comment(capsys: pytest.CaptureFixture[str]) -> None:
-    assert said(capsys, "fmt", "loose.yaml")[:2] == (0, "changed loose.yaml\n0 of 1 file as they should be\n")
+def test_fmt_writes_the_canonical_layout_and_keeps_the_comment(
+    capsys: pytest.CaptureFixture[str], wording: Wording
+) -> None:
+    code, text = said(capsys, "fmt", "loose.yaml")[:2]
+    assert code == 0
+    wording(text)
     assert Path("loose.yaml").read_text() == "formiga: 1\ntask: Example   # odd: 3 %, a,b\nsteps:\n  - wait: 5 s\n"
-    assert said(capsys, "fmt", "--check", "loose.yaml")[:2] == (0, "1 of 1 file as it should be\n")
+    code, text = said(capsys, "fmt", "--check", "loose.yaml")[:2]
+    assert code == 0
+    wording(text)
 
 
 @pytest.mark.parametrize("option", ["--check", "--diff"])
@@ -109,26 +110,26 @@ def test_fmt_refuses_what_it_cannot_parse_and_does_the_rest(capsys: pytest.Captu
     assert Path("torn.yaml").read_text() == "formiga: 1\ntask: [\n"
 
 
-def test_fix_shows_the_change_and_writes_only_if_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fix_shows_the_change_and_writes_only_if_told(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     code, out, _ = said(capsys, "fix", "--diff", "bad.yaml")
     assert code == 1
-    assert "-  - sleep: 5 s\n+  - wait: 5 s\n" in out
+    wording(out)
     assert Path("bad.yaml").read_text() == BAD
 
     code, out, _ = said(capsys, "fix", "--write", "bad.yaml")
     assert code == 0
     assert Path("bad.yaml").read_text() == BAD.replace("sleep", "wait")
-    assert out.endswith("1 file with mends; 1 problem is left for you: formiga check\n")
+    wording(out)
 
 
 def test_fix_without_a_terminal_asks_for_a_word(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     code, _, err = said(capsys, "fix", "bad.yaml")
 
     assert code == 2
-    assert "--write writes, --diff only shows" in err
+    wording(err)
     assert Path("bad.yaml").read_text() == BAD
 
 
@@ -141,21 +142,22 @@ def test_a_rewritten_file_keeps_its_mode() -> None:
     assert [p.name for p in Path().iterdir() if p.name.endswith(".new")] == []
 
 
-def test_explain_prints_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+def test_explain_prints_the_page(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     code, out, _ = said(capsys, "explain", "e031")
 
     assert code == 0
     assert out.startswith("E031: the task")
-    assert "Wrong:\n\n    steps:\n      - do: drone.TakeOff\n\nRight:\n" in out
+    wording(out)
 
 
-def test_explain_knows_reasons_and_lists_everything(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "Why a task ended" in said(capsys, "explain", "no_agent")[1]
+def test_explain_knows_reasons_and_lists_everything(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
+    wording(said(capsys, "explain", "no_agent")[1])
     listed = said(capsys, "explain", "--list")[1]
-    assert "E001  the YAML cannot be read" in listed
     assert "envelope.reserve" in listed
+    wording(having(listed, "E001"))
     code, _, err = said(capsys, "explain", "no_agnt")
-    assert (code, "did you mean 'no_agent'?" in err) == (2, True)
+    assert code == 2
+    wording(err)
 
 
 def test_schemas_are_printed_with_the_actions_of_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:

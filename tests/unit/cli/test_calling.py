@@ -8,14 +8,16 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.cli.author.show_out import title_of
 from formiga_bt.cli.operator import agents, inbox, tasks, why
 from formiga_bt.show.facts import Drawing, FileSpot, TaskFact, TaskPicture
+from tests.golden import Wording
 
 
-def test_an_empty_id_is_told_as_one() -> None:
-    with pytest.raises(UnusableFile, match="The id is empty"):
+def test_an_empty_id_is_told_as_one(wording: Wording) -> None:
+    with pytest.raises(UnusableFile) as refused:
         why.command("")
+    wording(refused.value)
 
 
-def test_a_task_that_is_held_is_headed_so_until_it_is_over() -> None:
+def test_a_task_that_is_held_is_headed_so_until_it_is_over(wording: Wording) -> None:
     drawing = Drawing(task="PickUp", spot=FileSpot("", 0, 0))
 
     def head(status: str) -> str:
@@ -23,7 +25,7 @@ def test_a_task_that_is_held_is_headed_so_until_it_is_over() -> None:
         task = TaskFact(id="PickUp-3", name="PickUp", status=status, held=("operator",), ended_at=ended)
         return title_of(TaskPicture(at=0, task=task, drawing=drawing, steps=()))
 
-    assert head("ACTIVE") == "PickUp-3 ACTIVE HELD  operator"
+    wording(head("ACTIVE"))
     assert head("FAILED") == "PickUp-3 FAILED  operator"
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
+from tests.golden import Wording
 
 
 @pytest.mark.parametrize(
@@ -26,7 +27,7 @@ def test_a_folder_of_any_name_becomes_a_site(
     assert f"next: {cd}formiga up --sim" in capsys.readouterr().err.replace("cd 'Grünäcker'", "cd Grünäcker")
 
 
-def test_a_file_is_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_is_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     (tmp_path / "meadow").write_text("hay", encoding="utf-8")
     assert run(["init", str(tmp_path / "meadow")]) == 2
-    assert "meadow is a file, not a folder; nothing was changed" in capsys.readouterr().err
+    wording(capsys.readouterr().err)

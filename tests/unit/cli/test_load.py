@@ -12,6 +12,7 @@ from formiga_bt.cli.app import run
 from formiga_bt.cli.loading import is_file_word
 from formiga_bt.client import ApiError
 from formiga_bt.services.http import door
+from tests.golden import Wording
 from tests.unit.cli.paper import PaperClient
 
 Capture = pytest.CaptureFixture[str]
@@ -88,14 +89,16 @@ def paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Paper:
     return made
 
 
-def test_a_file_is_sent_with_its_imports_but_not_with_what_ships(paper: Paper, capsys: Capture) -> None:
+def test_a_file_is_sent_with_its_imports_but_not_with_what_ships(
+    paper: Paper, capsys: Capture, wording: Wording
+) -> None:
     assert run(["load", "trees/look.yaml", "--by", "eve"]) == 0
 
     texts = {"trees/look.yaml": LOOK, "trees/lib/own.yaml": OWN}
     assert paper.sent == [("/v1/library", {"file": "trees/look.yaml", "texts": texts, "by": "eve"})]
     told = capsys.readouterr()
     assert told.out == ""
-    assert told.err == "warning: W1\n\nLook it is\nnext: formiga run Look    or: formiga tasks --library\n"
+    wording(told.err)
 
 
 def test_the_sites_own_tasks_that_it_requests_go_first(paper: Paper) -> None:
@@ -111,7 +114,9 @@ def test_a_folder_means_its_tasks(paper: Paper, capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("as_json", [False, True])
-def test_one_that_is_refused_keeps_no_other_from_being_read(paper: Paper, capsys: Capture, as_json: bool) -> None:
+def test_one_that_is_refused_keeps_no_other_from_being_read(
+    paper: Paper, capsys: Capture, as_json: bool, wording: Wording
+) -> None:
     paper.refused["trees/look.yaml"] = ApiError("bad_task", "trees/look.yaml:2:1: E001: no", status=400)
     for name in ("a_first", "z_last"):
         Path(f"trees/{name}.yaml").write_text("formiga: 1\ntask: It\nsteps: [{wait: 1 s}]\n", encoding="utf-8")
@@ -128,36 +133,30 @@ def test_one_that_is_refused_keeps_no_other_from_being_read(paper: Paper, capsys
         assert asks == {"file": "trees/asks.yaml", "what": "refused", "code": "bad_task", "text": bad[9:-2]}
         assert look == {**asks, "file": "trees/look.yaml"}
     else:
-        assert told.err.endswith(
-            "Z_Last it is\n2 of 4 files are not served as now written: trees/asks.yaml, trees/look.yaml\n"
-            "next: formiga run Z_Last    or: formiga tasks --library\n"
-        )
+        wording(told.err)
 
 
-def test_what_says_nothing_of_a_file_ends_it_at_once(paper: Paper, capsys: Capture) -> None:
+def test_what_says_nothing_of_a_file_ends_it_at_once(paper: Paper, capsys: Capture, wording: Wording) -> None:
     paper.refused["trees/look.yaml"] = ApiError("unauthorized", "it wants a token", status=401)
     assert run(["load", "trees"]) == 1
     assert len(paper.sent) == 1
-    assert capsys.readouterr().err == "formiga: it wants a token\n"
+    wording(capsys.readouterr().err)
 
 
-def test_one_that_is_too_large_is_named(paper: Paper, capsys: Capture) -> None:
+def test_one_that_is_too_large_is_named(paper: Paper, capsys: Capture, wording: Wording) -> None:
     paper.refused["trees/look.yaml"] = ApiError("too_large", "the body is larger than 1,000,000 bytes", status=413)
     assert run(["load", "trees/look.yaml"]) == 1
-    assert capsys.readouterr().err == (
-        "formiga: trees/look.yaml: the file and what it imports are too large: an engine takes at most 1,000,000 bytes at"
-        " once\n  help: split it into smaller tasks that import less, or leave out what no task needs\n"
-    )
+    wording(capsys.readouterr().err)
 
 
 def test_the_bound_that_is_told_is_that_of_the_engine() -> None:
     assert loading.BODY_LIMIT == door.BODY_LIMIT
 
 
-def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture) -> None:
+def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture, wording: Wording) -> None:
     paper.what = "same"
     assert run(["load", "trees/look.yaml"]) == 0
-    assert capsys.readouterr().err.startswith("Look it is\nnext: ")
+    wording(capsys.readouterr().err)
 
 
 def test_run_reads_the_file_and_requests_just_that_version(paper: Paper, capsys: Capture) -> None:
@@ -172,21 +171,25 @@ def test_run_of_a_name_sends_no_file(paper: Paper) -> None:
     assert paper.sent == [("/v1/tasks", REQUEST)]
 
 
-def test_one_that_is_not_approved_tells_how_to_approve_the_file(paper: Paper, capsys: Capture) -> None:
+def test_one_that_is_not_approved_tells_how_to_approve_the_file(
+    paper: Paper, capsys: Capture, wording: Wording
+) -> None:
     paper.refusal = ApiError("not_approved", "Look is not approved as it is now", status=403)
     assert run(["run", "trees/look.yaml"]) == 1
-    assert "next: formiga approve trees/look.yaml --by NAME\n" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("where", ["../look.yaml", ".hidden/look.yaml"])
-def test_only_files_of_the_sites_folder_are_sent(paper: Paper, capsys: Capture, tmp_path: Path, where: str) -> None:
+def test_only_files_of_the_sites_folder_are_sent(
+    paper: Paper, capsys: Capture, tmp_path: Path, where: str, wording: Wording
+) -> None:
     paper.address = EngineAddress("field", 1, 1, "", "", folder=str(tmp_path / "site" / ".formiga" / "field"))
     file = tmp_path / "site" / where
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(LOOK.replace(", lib/own.yaml", "").replace("Up", "GoHome"), encoding="utf-8")
     assert run(["load", str(file)]) == 2
     said = capsys.readouterr().err
-    assert ("lies outside of the site's folder" if where.startswith("..") else "is hidden") in said
+    wording(said)
     assert f"help: cp {file.resolve()}" in said
     assert paper.sent == []
 
@@ -197,9 +200,9 @@ def test_a_file_with_errors_is_sent_and_the_engine_judges(paper: Paper, tmp_path
     assert paper.sent[0][1]["file"] == "trees/bad.yaml"
 
 
-def test_a_file_that_is_not_there(paper: Paper, capsys: Capture) -> None:
+def test_a_file_that_is_not_there(paper: Paper, capsys: Capture, wording: Wording) -> None:
     assert run(["run", "trees/none.yaml"]) == 2
-    assert "cannot read trees/none.yaml: No such file or directory" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_which_words_are_files() -> None:

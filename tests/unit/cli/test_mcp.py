@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.base.extras import install
 from formiga_bt.cli import main
 from formiga_bt.cli.integrator import mcp
+from tests.golden import Wording
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: str) -> str:
@@ -25,9 +26,9 @@ def test_without_the_extra_it_says_what_to_install(
 
 
 def test_a_site_that_cannot_be_used_is_told_before_it_serves(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, wording: Wording
 ) -> None:
     assert "cannot read nowhere.yaml" in refused(monkeypatch, capsys, "--site", "nowhere.yaml")
     (tmp_path / "site.yaml").write_text("formiga_site: 1\n")
     monkeypatch.chdir(tmp_path)
-    assert "or the catalogue has errors: E" in refused(monkeypatch, capsys)
+    wording(refused(monkeypatch, capsys))

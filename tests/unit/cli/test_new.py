@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.new import KINDS
 from formiga_bt.lang.text.formatting import format_text
+from tests.golden import Wording
 
 
 @pytest.fixture(autouse=True)
@@ -28,12 +29,12 @@ def test_a_new_task_checks_without_a_warning_and_flies(kind: str, capsys: pytest
     assert "SUCCEEDED" in capsys.readouterr().out.upper()
 
 
-def test_a_file_that_is_there_stays(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_there_stays(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     assert run(["new", "LookAround"]) == 0
     Path("look_around.yaml").write_text("mine", encoding="utf-8")
 
     assert run(["new", "LookAround", "--kind", "ask"]) == 2
-    assert "look_around.yaml is there already; nothing was changed" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert Path("look_around.yaml").read_text(encoding="utf-8") == "mine"
 
 
@@ -44,6 +45,8 @@ def test_it_goes_where_the_trees_are() -> None:
     assert Path("trees/look2_around.yaml").exists()
 
 
-def test_a_name_that_cannot_be_one_is_refused_with_one_that_can(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_that_cannot_be_one_is_refused_with_one_that_can(
+    capsys: pytest.CaptureFixture[str], wording: Wording
+) -> None:
     assert run(["new", "look-around"]) == 2
-    assert "a task's name is CamelCase, this is 'look-around'; such as: LookAround" in capsys.readouterr().err
+    wording(capsys.readouterr().err)

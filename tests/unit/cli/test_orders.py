@@ -27,6 +27,7 @@ from formiga_bt.show.facts import (
     SkippedFact,
     TaskFact,
 )
+from tests.golden import Wording
 from tests.unit.cli.paper import NO_LOCKDOWN, PaperClient, agents, reply, tasks
 
 Capture = pytest.CaptureFixture[str]
@@ -111,13 +112,12 @@ def paper(monkeypatch: pytest.MonkeyPatch) -> Paper:
 
 
 # -- stops, continue -------------------------------------------------------------------------------------------------------
-def test_a_stop_says_what_happens_now_and_what_to_say_next(paper: Paper, capsys: Capture) -> None:
+def test_a_stop_says_what_happens_now_and_what_to_say_next(paper: Paper, capsys: Capture, wording: Wording) -> None:
     assert run(["hold", "hwd_1", "--by", "adam"]) == 0
 
     said = capsys.readouterr()
     assert paper.sent == [("/v1/agents/hwd_1/orders", {"order": "hold", "by": "adam"})]
-    assert said.out.splitlines() == ["hold is ordered for 1 machine", f"  {HOVERS}"]
-    assert said.err == "next: formiga continue PickUp-3    or: formiga abort PickUp-3\n"
+    wording(said.out.splitlines(), said.err)
 
 
 @pytest.mark.parametrize(
@@ -138,41 +138,38 @@ def test_each_verb_gives_its_order_without_asking_back(paper: Paper, words: list
 
 
 @pytest.mark.parametrize("words", [["hold"], ["land", "hwd_1", "--all"]])
-def test_a_stop_wants_one_target(paper: Paper, words: list[str], capsys: Capture) -> None:
+def test_a_stop_wants_one_target(paper: Paper, words: list[str], capsys: Capture, wording: Wording) -> None:
     assert run(words) == 2
-    assert f"say for what: formiga {words[0]} hwd_1 (a machine), formiga {words[0]} PickUp-3 (a task)" in (
-        capsys.readouterr().err
-    )
+    wording(capsys.readouterr().err)
     assert paper.sent == []
 
 
-def test_continue_without_a_target_names_what_is_held(paper: Paper, capsys: Capture) -> None:
-    for number, these in (
-        (1, "formiga continue T-0"),
-        (5, "formiga continue T-0, formiga continue T-1, formiga continue T-2 ..."),
-    ):
+def test_continue_without_a_target_names_what_is_held(paper: Paper, capsys: Capture, wording: Wording) -> None:
+    for number in (1, 5):
         paper.answers["/v1/tasks"] = tasks(*(task(f"T-{n}", held=("resume",)) for n in range(number)))
         assert run(["continue"]) == 2
-        assert capsys.readouterr().err == f"formiga: say for what: {these}, or formiga continue --all\n"
+        wording(capsys.readouterr().err)
     paper.answers["/v1/tasks"] = tasks()
     assert run(["continue"]) == 2
-    assert "say for what: formiga continue hwd_1 (a machine)" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert paper.sent == []
 
 
-def test_a_stop_of_all_tells_who_did_not_get_it_and_exits_with_no(paper: Paper, capsys: Capture) -> None:
+def test_a_stop_of_all_tells_who_did_not_get_it_and_exits_with_no(
+    paper: Paper, capsys: Capture, wording: Wording
+) -> None:
     lost = SkippedFact(who="hwd_2", code="agent_lost", text="hwd_2 is not heard of", hint="find it")
     paper.reply = stopped(skipped=(replace(lost, may_be_airborne=True),))
     assert run(["return", "--all"]) == 1
-    assert capsys.readouterr().out.splitlines()[1:] == ["  NOT hwd_2: is not heard of (agent_lost)", "      -> find it"]
+    wording(capsys.readouterr().out.splitlines()[1:])
     paper.reply = stopped(skipped=(lost,))
     assert run(["return", "--all"]) == 0
 
 
-def test_a_refusal_is_told_with_what_helps(paper: Paper, capsys: Capture) -> None:
+def test_a_refusal_is_told_with_what_helps(paper: Paper, capsys: Capture, wording: Wording) -> None:
     paper.reply = ApiError("cannot_continue", "Explore may not be done twice", help="formiga restart T-1")
     assert run(["continue", "T-1"]) == 1
-    assert capsys.readouterr().err == "formiga: Explore may not be done twice\n  help: formiga restart T-1\n"
+    wording(capsys.readouterr().err)
 
 
 def test_an_order_as_json_is_the_answer_itself(paper: Paper, capsys: Capture) -> None:
@@ -182,13 +179,13 @@ def test_an_order_as_json_is_the_answer_itself(paper: Paper, capsys: Capture) ->
 
 # -- cut -----------------------------------------------------------------------------------------------------------------------
 def test_a_cut_without_a_terminal_must_be_confirmed_by_the_name(
-    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(""))
     assert run(["cut", "hwd_1"]) == 2
-    assert "confirm it with --yes-cut hwd_1" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert run(["cut", "hwd_1", "--yes-cut", "hwd_2"]) == 2
-    assert "--yes-cut says hwd_2, the order is for hwd_1; nothing was done" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert paper.sent == []
     assert run(["cut", "hwd_1", "--yes-cut", "hwd_1"]) == 0
     assert paper.sent[0][1]["confirmed"] == "hwd_1"
@@ -196,7 +193,7 @@ def test_a_cut_without_a_terminal_must_be_confirmed_by_the_name(
 
 @pytest.mark.parametrize(("typed", "code", "sent"), [("hwd_1", 0, 1), ("yes", 1, 0), ("", 1, 0)])
 def test_a_cut_at_a_terminal_asks_for_the_name(
-    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int, wording: Wording
 ) -> None:
     terminal = io.StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True)
@@ -209,21 +206,21 @@ def test_a_cut_at_a_terminal_asks_for_the_name(
 
     monkeypatch.setattr("typer.prompt", answer)
     assert run(["cut", "hwd_1"]) == code
-    assert asked == ["Cut stops the motors of hwd_1 at once; in the air it falls. Type its name to do it"]
+    wording(asked)
     assert len(paper.sent) == sent
-    assert (capsys.readouterr().err == "that is not hwd_1; nothing was done\n") == (code == 1)
+    wording(capsys.readouterr().err)
 
 
 # -- removed -------------------------------------------------------------------------------------------------------------------
 def test_a_machine_that_was_removed_is_named_twice(
-    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO(""))
     paper.reply = OrderDone("hwd_1 counts as removed")
     assert run(["agents", "removed", "hwd_1"]) == 2
-    assert "confirm it with --yes-removed hwd_1" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert run(["agents", "removed", "hwd_1", "--yes-removed", "hwd_2"]) == 2
-    assert "--yes-removed says hwd_2, the word is for hwd_1; nothing was done" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert run(["agents", "clear", "hwd_1", "--yes-removed", "hwd_1"]) == 2
     assert run(["agents", "removed"]) == 2
     assert paper.sent == []
@@ -232,12 +229,12 @@ def test_a_machine_that_was_removed_is_named_twice(
     ((path, body),) = paper.sent
     assert (path, body["confirmed"]) == ("/v1/agents/hwd_1/removed", "hwd_1")
     assert body["by"].startswith("eve@")
-    assert capsys.readouterr().out == "hwd_1 counts as removed\n"
+    wording(capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(("typed", "code", "sent"), [("hwd_1", 0, 1), ("yes", 1, 0)])
 def test_at_a_terminal_the_name_of_what_was_removed_is_asked_for(
-    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int, wording: Wording
 ) -> None:
     terminal = io.StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True)
@@ -246,7 +243,7 @@ def test_at_a_terminal_the_name_of_what_was_removed_is_asked_for(
     paper.reply = OrderDone("hwd_1 counts as removed")
     assert run(["agents", "removed", "hwd_1"]) == code
     assert len(paper.sent) == sent
-    assert (capsys.readouterr().err.startswith("that is not hwd_1; nothing was done")) == (code == 1)
+    wording(capsys.readouterr().err)
 
 
 # -- lockdown, handback, preflight -------------------------------------------------------------------------------------------
@@ -281,9 +278,9 @@ def test_a_handback_says_what_becomes_of_the_task(paper: Paper, how: str) -> Non
 
 
 @pytest.mark.parametrize("words", [[], ["--continue", "--end"]])
-def test_a_handback_wants_exactly_one_way(paper: Paper, words: list[str], capsys: Capture) -> None:
+def test_a_handback_wants_exactly_one_way(paper: Paper, words: list[str], capsys: Capture, wording: Wording) -> None:
     assert run(["handback", "hwd_1", *words]) == 2
-    assert "formiga handback hwd_1 --continue, --return or --end" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert paper.sent == []
 
 
@@ -292,23 +289,18 @@ def test_the_former_word_for_handback_still_ends_the_step(paper: Paper) -> None:
     assert paper.sent[0][0] == "/v1/agents/hwd_1/handback"
 
 
-def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, capsys: Capture) -> None:
+def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, capsys: Capture, wording: Wording) -> None:
     checks = (CheckFact("armable", True, ""), CheckFact("gnss", False, "4 satellites"))
     found = PreflightFact(agent="hwd_1", ok=False, required=True, checks=checks, text="")
     paper.answers["/v1/agents/hwd_1/preflight"] = found
     assert run(["preflight"]) == 1  # people are left out
-    assert capsys.readouterr().out.splitlines() == [
-        "AGENT  CHECK    OK  TEXT",
-        "hwd_1  armable  ok",
-        "hwd_1  gnss     NO  4 satellites",
-        "this site grants no machine that is not ready: hwd_1",
-    ]
+    wording(capsys.readouterr().out.splitlines())
     paper.answers["/v1/agents/hwd_1/preflight"] = replace(found, ok=True, checks=checks[:1])
     assert run(["preflight", "hwd_1"]) == 0
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------------
-def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture) -> None:
+def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture, wording: Wording) -> None:
     """Of a task that may not be continued: restart. Two machines of one task are told once, one on its way not at all."""
     ways = ("formiga restart PickUp-3", "formiga abort PickUp-3")
     orders = (
@@ -320,19 +312,19 @@ def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture)
     )
     paper.answers["/v1/agents"] = agents(*(agent(one.agent, order=NOTE) for one in orders), orders=orders)
     assert run(["agents"]) == 0
-    assert capsys.readouterr().err == "next: formiga restart PickUp-3    or: formiga continue hwd_4\n"
+    wording(capsys.readouterr().err)
 
 
-def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capture) -> None:
+def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capture, wording: Wording) -> None:
     twice = agent("hwd_1", pool="QUARANTINED", quarantine="double")
     paper.answers["/v1/agents"] = agents(twice)
     assert run(["agents"]) == 0
     said = capsys.readouterr()
     assert "double" in said.out.splitlines()[1]
-    assert said.err == "next: formiga why hwd_1\n"
+    wording(said.err)
 
 
-def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
+def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture, wording: Wording) -> None:
     found = (
         agent("hwd_1", order=NOTE, breach="reserve"),
         agent("hwd_2", taken=True),
@@ -343,65 +335,63 @@ def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsy
     assert run(["agents"]) == 0
     said = capsys.readouterr()
     lines = said.out.splitlines()
-    assert lines[0] == "LOCKDOWN (return) by eve"
-    assert lines[2].endswith(f"{NOTE}, breaks its limit: reserve")
+    wording(lines[0], lines[2])
     assert lines[3].endswith("waits for handback")
     assert lines[4].endswith("control: pilot")
-    assert said.err.startswith("next: formiga lockdown release    or: formiga handback hwd_2 --continue|--return|--end")
+    wording(said.err)
 
 
-def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: Capture) -> None:
+def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: Capture, wording: Wording) -> None:
     held = task("PickUp-3", held=("operator:hwd_1",))
     paper.answers["/v1/tasks"] = tasks(task("Move-4", agents=()), held, orders=(order(),), lockdown=LOCKDOWN)
     assert run(["tasks"]) == 0
     said = capsys.readouterr()
     lines = said.out.splitlines()
-    assert lines[0] == "LOCKDOWN (return) by eve"
+    wording(lines[0])
     assert "ACTIVE HELD" in lines[3]
     assert lines[3].endswith(f" hwd_1: {NOTE}")
-    assert said.err == "next: formiga lockdown release    or: formiga why PickUp-3\n"
+    wording(said.err)
 
 
-def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
+def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture, wording: Wording) -> None:
     tour = task("Tour-1", agents=(), children=("Move-2", "Move-3"))
     move = task("Move-2", parent="Tour-1", held=("operator",))
     paper.answers["/v1/tasks"] = tasks(tour, move)
     assert run(["tasks"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].endswith("  requested Move-2 Move-3")
-    assert lines[2].endswith("person's word; of Tour-1")
+    wording(lines[2])
 
 
 # -- down ------------------------------------------------------------------------------------------------------------------
-def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
+def test_down_names_what_is_left_in_the_air_and_forgotten(wording: Wording) -> None:
     found = (agent("hwd_1", order=NOTE, action="GoTo"), agent("lwd_1", landed="grounded"), person())
 
-    assert losses(agents(*found, orders=(order(),), lockdown=LOCKDOWN)) == [
-        "hwd_1 may be in the air (GoTo): it finishes the goal it has, then nobody commands it",
-        "lockdown stands: nobody keeps it until the next start, which knows it from its journal",
-        "orders stand: nobody carries them out until the next start (hold of hwd_1)",
-    ]
+    wording(losses(agents(*found, orders=(order(),), lockdown=LOCKDOWN)))
     assert losses(agents(agent("lwd_1", landed="grounded"), person())) == []
 
 
-def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_down_does_nothing_unconfirmed(
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.setattr("formiga_bt.cli.operator.down.connect", lambda site: paper)
     monkeypatch.setattr(sys, "stdin", io.StringIO(""))
 
     assert run(["down"]) == 2
     assert paper.sent == []
-    assert "help: formiga return --all first, or confirm it: --yes" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
-def test_what_comes_next_is_said_once_and_no_command_that_the_answer_proposes(paper: Paper, capsys: Capture) -> None:
+def test_what_comes_next_is_said_once_and_no_command_that_the_answer_proposes(
+    paper: Paper, capsys: Capture, wording: Wording
+) -> None:
     hint = "formiga agents clear hwd_1"
     waits = tuple(SkippedFact(who=f"PickUp-{n}", code="held", text=f"PickUp-{n} waits", hint=hint) for n in range(3))
     ways = (*(one.hint for one in waits), "formiga tasks", "formiga tasks", "a", "b", "c")
     paper.reply = stopped(skipped=waits, next=ways)
     assert run(["hold", "--all"]) == 0
     said = capsys.readouterr()
-    assert "formiga agents clear hwd_1" in said.out
-    assert said.err == "next: formiga tasks    or: a    or: b    ...\n"
+    wording(said.out, said.err)
     paper.reply = stopped(skipped=waits[:1], next=(hint,))
     assert run(["hold", "--all"]) == 0
     assert capsys.readouterr().err == ""
@@ -432,10 +422,10 @@ def test_times_of_tasks_are_said_in_units_that_fit(paper: Paper, capsys: Capture
     assert "1970-01-01" in lines[2]
 
 
-def test_where_a_machine_stands_is_the_name_of_the_port(paper: Paper, capsys: Capture) -> None:
+def test_where_a_machine_stands_is_the_name_of_the_port(paper: Paper, capsys: Capture, wording: Wording) -> None:
     at = Point(0.0, 20.0)
     paper.answers["/v1/agents"] = agents(agent("hwd_1", at=at, port="north"), agent("hwd_2", at=at))
     assert run(["agents"]) == 0
     first, second = capsys.readouterr().out.splitlines()[1:3]
     assert " north " in first
-    assert "0 E 20 N 0 up" in second
+    wording(second)

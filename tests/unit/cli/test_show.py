@@ -18,6 +18,7 @@ from formiga_bt.client import NoEngine
 from formiga_bt.show.facts import Now, StepFact, TaskFact, TaskPicture, Top
 from formiga_bt.show.tree.drawing import drawing_of
 from formiga_bt.show.tree.terminal import DrawnLine, LinePiece
+from tests.golden import Wording, having
 
 TEXT = """formiga: 1
 task: Look
@@ -77,15 +78,9 @@ def engine(monkeypatch: pytest.MonkeyPatch) -> Callable[[Engine | None], None]:
     return put
 
 
-def test_a_file_is_drawn_in_the_terminal(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_is_drawn_in_the_terminal(file: Path, capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     assert run(["show", str(file), "--width", "60"]) == 0
-    assert capsys.readouterr().out.splitlines()[3:] == [
-        "steps",
-        "├─ wait 5 s                                               :5",
-        "├─ Telling: sequence                                      :6",
-        '│  └─ notify to ann: "here" (info)                        :7',
-        "└─ wait 6 s                                              :10",
-    ]
+    wording(capsys.readouterr().out.splitlines()[3:])
 
 
 def test_a_name_means_a_task_that_ships(capsys: pytest.CaptureFixture[str]) -> None:
@@ -114,58 +109,49 @@ def test_a_format_says_more_than_an_ending(file: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "x.svg").read_text(encoding="utf-8"))["drawing"]["task"] == "Look"
 
 
-def test_what_is_collapsed_is_counted(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_collapsed_is_counted(file: Path, capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     assert run(["show", str(file), "--collapse", "Telling"]) == 0
     shown = capsys.readouterr().out
-    assert "Telling: sequence  (1 more)" in shown
+    wording(" ".join(line.split()) for line in having(shown, "Telling"))
     assert "notify" not in shown
 
 
 @pytest.mark.parametrize(
-    ("args", "code", "said"),
+    ("args", "code"),
     [
-        (["FILE", "-o", "x.pdf"], 2, "cannot tell the format of x.pdf: '.pdf' is no ending of a picture"),
-        (["FILE", "-o", "/nowhere/x.dot"], 2, "cannot write /nowhere/x.dot: No such file or directory"),
-        (["FILE", "--collapse", "Teling"], 1, "called 'Teling' that could be collapsed; did you mean Telling?"),
-        (["FILE", "--live"], 2, "--live follows a task that an engine runs, and this is a file; name the task's id"),
-        (["nope.yaml"], 2, "cannot read nope.yaml: No such file or directory"),
-        (["Circl"], 1, "'Circl' is no file here and no task that ships (near: Circle"),
-        (["FILE", "--format", "gif"], 2, "gif"),
+        (["FILE", "-o", "x.pdf"], 2),
+        (["FILE", "-o", "/nowhere/x.dot"], 2),
+        (["FILE", "--collapse", "Teling"], 1),
+        (["FILE", "--live"], 2),
+        (["nope.yaml"], 2),
+        (["Circl"], 1),
+        (["FILE", "--format", "gif"], 2),
     ],
 )
 def test_mistakes_are_told(
-    args: Sequence[str], code: int, said: str, file: Path, engine: Any, capsys: pytest.CaptureFixture[str]
+    args: Sequence[str], code: int, file: Path, engine: Any, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     engine(None)
     assert run(["show", *(str(file) if arg == "FILE" else arg for arg in args)]) == code
-    assert said in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_a_task_of_an_engine_shows_how_its_steps_stand(
-    file: Path, engine: Any, capsys: pytest.CaptureFixture[str]
+    file: Path, engine: Any, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     engine(Engine(picture(file, "success", "running", "failure")))
     assert run(["show", "Look-7", "--width", "50"]) == 0
-    assert capsys.readouterr().out.splitlines() == [
-        "Look-7 ACTIVE  waits 5 s",
-        "steps",
-        "├─ ✓ wait 5 s                                   :5",
-        "├─ ► Telling: sequence                          :6",
-        '│  └─ ✗ notify to ann: "here" (info)            :7',
-        "└─ · wait 6 s                                  :10",
-    ]
+    wording(capsys.readouterr().out.splitlines())
 
 
 def test_an_id_that_nobody_knows_gets_those_that_are_near(
-    file: Path, engine: Any, capsys: pytest.CaptureFixture[str]
+    file: Path, engine: Any, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     engine(Engine(picture(file)))
     assert run(["show", "Lok-7"]) == 1
-    assert capsys.readouterr().err == (
-        "formiga: 'Lok-7' is no file here, no task that ships, and no task of the engine (near: Look-7)\n"
-    )
+    wording(capsys.readouterr().err)
     assert run(["show", "zzz"]) == 1
-    assert "no task of the engine; its tasks: Look-7" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_the_page_of_a_running_task_has_the_source_if_the_file_here_says_the_same(
@@ -194,13 +180,9 @@ def followed(file: Path, in_place: bool) -> tuple[str, list[float]]:
     return out.getvalue(), slept
 
 
-def test_live_prints_a_tree_at_each_change_until_the_end(file: Path) -> None:
+def test_live_prints_a_tree_at_each_change_until_the_end(file: Path, wording: Wording) -> None:
     text, slept = followed(file, in_place=False)
-    assert [tree.splitlines()[0] for tree in text.split("\n\n")] == [
-        "Look-7 ACTIVE  waits 5 s",
-        "Look-7 ACTIVE  waits 5 s",
-        "Look-7 SUCCEEDED",
-    ]
+    wording([tree.splitlines()[0] for tree in text.split("\n\n")])
     assert slept == [PERIOD_S] * 3
     assert "\x1b" not in text
 
@@ -218,17 +200,10 @@ def test_live_writes_a_file_anew(file: Path, tmp_path: Path) -> None:
     assert '"Look-7 SUCCEEDED"' in out.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("running", "shown"),
-    [
-        (2, ["0", "", "1", "2", "3", "4", "5", "... 14 lines below"]),
-        (12, ["0", "... 9 lines above", "10", "11", "12", "13", "14", "... 5 lines below"]),
-        (19, ["0", "... 14 lines above", "15", "16", "17", "18", "19", ""]),
-    ],
-)
-def test_a_tree_longer_than_the_terminal_shows_where_it_runs(running: int, shown: list[str]) -> None:
+@pytest.mark.parametrize("running", [2, 12, 19])
+def test_a_tree_longer_than_the_terminal_shows_where_it_runs(running: int, wording: Wording) -> None:
     lines = [DrawnLine((LinePiece(str(n), "running" if n == running else "plain"),)) for n in range(20)]
-    assert [line.plain() for line in window(lines, 8)] == shown
+    wording([line.plain() for line in window(lines, 8)])
     assert window(lines, 20) == lines
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from formiga_bt.cli.app import run as main
 from formiga_bt.show.facts import Spread, Stats
+from tests.golden import Wording
 
 PICK_UP = Spread(name="PickUp", n=2, least_s=10, q1_s=12, median_s=15, q3_s=18, most_s=20)
 
@@ -30,16 +31,10 @@ def engine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Engine:
     return engine
 
 
-def test_the_tables(engine: Engine, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_tables(engine: Engine, capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     assert main(["stats", "PickUp", "--hours", "8", "--ascii", "--width", "70"]) == 0
     assert engine.asked == [("PickUp", 8.0)]
-    assert capsys.readouterr().out.splitlines() == [
-        "what ended in the last 60 s",
-        "",
-        "tasks  from the first step to the end",
-        "        n  failed  least    q1  median    q3  most  0             20 s",
-        "PickUp  2           10 s  12 s    15 s  18 s  20 s           |===#==-|",
-    ]
+    wording(capsys.readouterr().out.splitlines())
 
 
 def test_json_and_csv(engine: Engine, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -51,14 +46,16 @@ def test_json_and_csv(engine: Engine, capsys: pytest.CaptureFixture[str], tmp_pa
     assert (tmp_path / "day.csv").read_text().splitlines()[1] == "tasks,PickUp,,2,0,10,12,15,18,20"
 
 
-def test_an_unknown_name_is_told_with_those_that_ran(engine: Engine, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_name_is_told_with_those_that_ran(
+    engine: Engine, capsys: pytest.CaptureFixture[str], wording: Wording
+) -> None:
     assert main(["stats", "Pickup"]) == 1
-    assert capsys.readouterr().err == "formiga: no task called 'Pickup' began or ended here; others: PickUp\n"
+    wording(capsys.readouterr().err)
 
 
 def test_another_ending_is_refused_before_the_engine_is_asked(
-    engine: Engine, capsys: pytest.CaptureFixture[str]
+    engine: Engine, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     assert main(["stats", "-o", "day.xlsx"]) == 2
     assert engine.asked == []
-    assert capsys.readouterr().err.startswith("formiga: cannot tell what day.xlsx shall be\n")
+    wording(capsys.readouterr().err)

@@ -1,6 +1,5 @@
 """`formiga up`: what it says of a site before anything flies."""
 
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,17 +15,13 @@ from formiga_bt.cli.operator.up import SHOWN, _banner, gaps, report_others
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.services.not_served import NotServed
+from tests.golden import Wording
 
 
-def test_a_real_site_is_told_what_it_leaves_open() -> None:
+def test_a_real_site_is_told_what_it_leaves_open(wording: Wording) -> None:
     found = gaps(Site(name="north", lat=66.5, lng=25.7, mode="real"), 1.0)
 
-    assert [one.partition("\n")[0] for one in found] == [
-        "north is in mode real without a fence: nothing keeps machines in",
-        "north is in mode real without terrain: its ground counts as flat, as high as the base",
-        "north is in mode real and has no approvers: no task can be approved, so none will fly",
-        "north is in mode real and lists no machine: none is admitted",
-    ]
+    wording([one.partition("\n")[0] for one in found])
 
 
 def test_a_whole_site_and_a_simulation_are_told_nothing() -> None:
@@ -40,32 +35,33 @@ def test_a_whole_site_and_a_simulation_are_told_nothing() -> None:
     assert gaps(Site(name="north", lat=66.5, lng=25.7), 10.0) == []
 
 
-def test_no_clock_of_another_speed_on_a_real_site() -> None:
-    with pytest.raises(UnusableFile, match="--speed is for simulations; north is in mode real"):
+def test_no_clock_of_another_speed_on_a_real_site(wording: Wording) -> None:
+    with pytest.raises(UnusableFile) as refused:
         gaps(Site(name="north", lat=66.5, lng=25.7, mode="real"), 2.0)
+    wording(refused.value)
 
 
 def test_up_keeps_one_journal_or_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
     assert run(["up", "--no-journal", "--journal", "site.db"]) == 2
-    assert "--no-journal and --journal URL: say one of them" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_a_journal_that_is_none_is_told_before_anything_starts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
     capsys.readouterr()
     assert run(["up", "--journal", "site.yaml", "--http", "127.0.0.1:0", "--listen", "tcp/127.0.0.1:0"]) == 1
-    assert "formiga: site.yaml is no journal: it is not a database\n  help: " in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_a_journal_of_other_sites_is_told_when_a_site_begins_in_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for site in ("north", "south"):
@@ -75,9 +71,7 @@ def test_a_journal_of_other_sites_is_told_when_a_site_begins_in_it(
             journal.take()
     for address in ("site.db", "sqlite:///site.db"):
         report_others(address, "hill")
-        assert capsys.readouterr().err == (
-            f"note: {address} also keeps the journal of north, south; that of hill begins in it\n"
-        )
+        wording(capsys.readouterr().err)
     for harmless in ("postgresql://nobody@nowhere/none", str(tmp_path), __file__):
         report_others(harmless, "hill")
     Path("empty.db").touch()
@@ -86,7 +80,7 @@ def test_a_journal_of_other_sites_is_told_when_a_site_begins_in_it(
 
 
 def test_up_refuses_another_speed_before_anything_starts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
@@ -99,11 +93,11 @@ def test_up_refuses_another_speed_before_anything_starts(
     said = capsys.readouterr().err
     assert "warning: " in said
     assert "W081" in said
-    assert "--speed is for simulations" in said
+    wording(said)
 
 
 def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
@@ -120,23 +114,17 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
     served, refused = read_library(None, Path(), read_world([], site), {}, check_options(site))
 
     assert "Hello" in served
-    assert [one.text for one in refused[:2]] == [
-        "trees/a bad.yaml:7:5: E031: 'd' can still be airborne when the task ends (and 1 more);"
-        " formiga check 'trees/a bad.yaml' --site site.yaml",
-        "trees/more/twin.yaml: trees/hello.yaml has the task Hello too; name one of them otherwise",
-    ]
-    assert (refused[0].names, refused[0].load) == (("Bad", "Poor"), "formiga load 'trees/a bad.yaml'")
+    wording([one.text for one in refused[:2]])
+    assert refused[0].names == ("Bad", "Poor")
+    wording(refused[0].load)
     assert refused[1].names == ()
     (triangle,) = refused[2:]
     assert triangle.text.startswith("/")
-    assert (
-        " (ships with formiga): E025: 'drones' needs 3 lwd, site meadow has 2 lwd; formiga check /"
-        in triangle.text.replace(tmp_path.name, "meadow")
-    )
+    wording(triangle.text.replace(tmp_path.name, "meadow"))
     assert triangle.names[0] == "Triangle"
     assert (triangle.load, triangle.shipped) == ("", True)
     said = capsys.readouterr().err
-    assert "trees/a bad.yaml is not served" in said
+    wording(said)
     assert "triangle" not in said
 
 
@@ -172,11 +160,11 @@ def test_the_first_start_of_a_fresh_site_refuses_nothing(
     assert [row for row in banner_of(refused, served, capsys) if "refused" in row] == []
 
 
-def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     rows = banner_of([NotServed(f"f{n}.yaml: bad") for n in range(SHOWN + 2)], ["Hello"], capsys)
-    assert rows[0] == f"site north (simulation), start 3 of its engine, process {os.getpid()}"
+    wording(rows[0])
     assert rows[1:3] == ["  tasks   Hello", "  refused f0.yaml: bad"]
-    assert rows[2 + SHOWN] == "  refused 2 more: formiga tasks --library"
+    wording(rows[2 + SHOWN])
 
 
 @pytest.mark.parametrize(
@@ -197,14 +185,14 @@ def test_the_banner_says_who_is_not_asked(
     assert all(part in row for part, row in zip(says, rows, strict=True))
 
 
-def test_the_banner_names_who_cannot_approve_yet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_banner_names_who_cannot_approve_yet(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:
     rows = banner_of([], ["Hello"], capsys, mode="real", silent=["ann", "pia"])
-    assert "  open    ann, pia have no secret yet, so cannot approve or go on duty: formiga access secret ann" in rows
+    wording(rows)
 
 
 @pytest.mark.parametrize("mode", ["real", "simulation"])
 def test_no_start_where_others_reach_the_wire_without_tls(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], mode: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], mode: str, wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["init"]) == 0
@@ -213,11 +201,11 @@ def test_no_start_where_others_reach_the_wire_without_tls(
     site.write_text(text, encoding="utf-8")
     assert run(["up", "--http", "127.0.0.1:0", "--listen", "tcp/0.0.0.0:0"]) == 1
     said = capsys.readouterr().err
-    assert "--listen: 'tcp/0.0.0.0:0' lets whoever reaches it command every machine" in said
+    wording(said)
     assert f"is in mode {mode}" in said
     assert "help: " in said
 
     site.write_text(text.replace("tcp/127.0.0.1:7447", "tcp/0.0.0.0:0"), encoding="utf-8")
     assert run(["up", "--http", "127.0.0.1:0"]) == 1
-    assert "E008: 'tcp/0.0.0.0:0' lets whoever reaches it" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert not Path(".formiga").exists()

@@ -6,14 +6,15 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.visible import visible, visible_json
+from tests.golden import Wording
 from tests.unit.services.conftest import Start
 from tests.unit.services.conftest import start as start
 
 EVIL = "\x1b]0;pwn\x07\x9b2J\r\u202egnirts\u2028\x08"
 
 
-def test_what_steers_a_terminal_becomes_a_question_mark_and_words_stay() -> None:
-    assert visible(f"a{EVIL}\nb\tä 🛩") == "a?]0;pwn??2J??gnirts??\nb\tä 🛩"
+def test_what_steers_a_terminal_becomes_a_question_mark_and_words_stay(wording: Wording) -> None:
+    wording(visible(f"a{EVIL}\nb\tä 🛩"))
     assert visible({EVIL: [EVIL, 3, None]}) == {visible(EVIL): [visible(EVIL), 3, None]}
 
 

@@ -9,6 +9,7 @@ from formiga_bt.editor.complete import Item, complete
 from formiga_bt.editor.project import Document
 from formiga_bt.lang.kinds import KINDS, MODIFIERS
 from formiga_bt.lang.text.document import parse
+from tests.golden import Wording
 from tests.unit.editor.conftest import TASK, Editor
 
 
@@ -95,10 +96,10 @@ def test_a_text_that_cannot_be_read_keeps_the_names_of_the_last_check(editor: Ed
     assert "reply" in labels(editor, "${spot}", "${|}")
 
 
-def test_a_helper_comes_with_its_signature(editor: Editor) -> None:
+def test_a_helper_comes_with_its_signature(editor: Editor, wording: Wording) -> None:
     item = next(one for one in at(editor, "${spot}", "${ab|}") if one.label == "above")
     assert (item.insert, item.detail) == ("above($0)", "above(place, height)")
-    assert item.doc == "the position this high over the ground at the place"
+    wording(item.doc)
 
 
 def test_the_site_gives_its_names(editor: Editor) -> None:

@@ -12,6 +12,7 @@ from formiga_bt.editor import worker
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.worker import CheckerProcess, CheckJob, Report
+from tests.golden import Wording
 from tests.unit.editor.conftest import TASK
 
 BIG = "formiga: 1\ntask: Big\nagents:\n  drone: {type: hwd}\nsteps:\n" + "  - check: drone.battery > 10 %\n" * 6000
@@ -96,11 +97,12 @@ def test_a_check_that_goes_wrong_is_told_and_the_process_goes_on(checker: Checke
 
 
 def test_a_process_that_ended_by_itself_is_told_and_replaced(
-    checker: CheckerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    checker: CheckerProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     good = job(tmp_path / "t.yaml", "formiga: 1\ntask: T\nsteps: [{wait: 1 s}]\n")
     with monkeypatch.context() as patch:
         patch.setattr(worker, "_START", "import sys; sys.stdin.buffer.read(1); sys.exit(3)")
-        with pytest.raises(RuntimeError, match=r"^the checking process ended with 3$"):
+        with pytest.raises(RuntimeError) as refused:
             checker.check(good)
+        wording(refused.value)
     assert found(checker.check(good)) == []

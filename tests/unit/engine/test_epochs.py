@@ -7,6 +7,7 @@ from formiga_bt.engine.goals.epochs import next_epoch
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.rehearsal.testing import ScriptedAgent, effects
 from formiga_bt.transport.messages import ClockBeat
+from tests.golden import Wording
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 
@@ -33,13 +34,15 @@ def test_a_beat_of_epoch_2_to_60_deposes_nobody_and_is_told(make: Make) -> None:
     assert str(2**60) in text
 
 
-def test_an_agent_that_follows_another_engine_deposes_this_one_before_any_goal_is_sent(make: Make) -> None:
+def test_an_agent_that_follows_another_engine_deposes_this_one_before_any_goal_is_sent(
+    make: Make, wording: Wording
+) -> None:
     yard = make(CART + "steps: [{do: cart.Move}]")
     hears(yard, yard.cart, 900)
     yard.run_for(2)
     assert yard.engine.state.counters["deposed"] == 1
     (text,) = told(yard, "deposed")
-    assert "c1 follows start 900" in text
+    wording(text)
     assert "formiga down" in text
 
     task = yard.start()
@@ -48,12 +51,12 @@ def test_an_agent_that_follows_another_engine_deposes_this_one_before_any_goal_i
     assert [goal.code for goal in yard.engine.state.goals.values() if goal.task == task] == ["epoch"]
 
 
-def test_an_agent_that_ignores_this_very_engine_is_told(make: Make) -> None:
+def test_an_agent_that_ignores_this_very_engine_is_told(make: Make, wording: Wording) -> None:
     yard = make(CART + "steps: [{do: cart.Move}]")
     yard.cart.tell(epoch=0, epoch_ignored=yard.engine.state.epoch, stamp=yard.now + SECOND)
     yard.run_for(0.1)
     (text,) = told(yard, "epoch_ignored")
-    assert "Start the agent anew" in text
+    wording(text)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from formiga_bt.engine.kernel.inputs import LockdownOrder, NotifyPeople, Operato
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import effects
+from tests.golden import Wording
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
 
@@ -80,7 +81,7 @@ class TestATaskStepsAside:
         assert yard.task(mine).status == "PENDING"
         step(yard, "Move")
 
-    def test_both_sides_are_told(self, make: Make) -> None:
+    def test_both_sides_are_told(self, make: Make, wording: Wording) -> None:
         yard, mine = aloft(make)
 
         urgent = yard.start("Sos")
@@ -90,7 +91,7 @@ class TestATaskStepsAside:
         assert load_snapshot(snapshot(yard.engine.state)).requests == yard.engine.state.requests
         assert (yard.task(mine).restart.why, yard.task(mine).outcome.reason) == ("preempted", f"for {urgent}")
         step(yard, "Home")
-        assert yard.task(mine).restart.past == (f"run 1: preempted for {urgent}",)
+        wording(yard.task(mine).restart.past)
         words = [e.status for e in effects(yard, PublishState) if e.task == mine]
         assert words == ["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "PENDING"]
         step(yard, "Move")
@@ -389,12 +390,12 @@ class TestRebinding:
         yard.run_for(40)
         return yard, mine, yard.record("c1")
 
-    def test_a_lost_machine_is_replaced_and_the_task_begins_anew(self, make: Make) -> None:
+    def test_a_lost_machine_is_replaced_and_the_task_begins_anew(self, make: Make, wording: Wording) -> None:
         yard, mine, lost = self.lose(make)
 
         assert (lost.pool, lost.task) == ("QUARANTINED", "")
         assert (yard.task(mine).run, yard.task(mine).agents.roles) == (2, {"cart": ("c2",)})
-        assert yard.task(mine).restart.past == ("run 1: agent_lost c1 was lost",)
+        wording(yard.task(mine).restart.past)
         for action in ("Rise", "Move", "Home"):
             step(yard, action, 1)
         assert yard.outcome(mine) == ("SUCCEEDED", "")

@@ -10,6 +10,7 @@ from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.nodes.ends import GoalEnd
 from formiga_bt.rehearsal.testing import effects
 from formiga_bt.transport.messages import GoalEvent
+from tests.golden import Wording
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 from tests.unit.engine.yard import task as task_text
@@ -100,7 +101,9 @@ def test_codes_of_steps_that_fail_at_once(make: Make, steps: str, code: str) -> 
     assert yard.outcome(task) == ("FAILED", code)
 
 
-def test_error_names_the_failure_in_later_children_of_a_fallback_and_in_on_failure(make: Make) -> None:
+def test_error_names_the_failure_in_later_children_of_a_fallback_and_in_on_failure(
+    make: Make, wording: Wording
+) -> None:
     yard, task = run(
         make,
         """
@@ -117,7 +120,7 @@ on_failure:
     )
 
     assert yard.outcome(task) == ("FAILED", "failed:second")
-    assert notes(yard) == ["in fallback failed:first", "in on_failure failed:second steps/steps[1]"]
+    wording(notes(yard))
 
 
 def test_expect_sees_the_result_and_a_false_one_fails(make: Make) -> None:
@@ -330,7 +333,9 @@ def test_a_second_goal_waits_while_the_first_drains_and_its_timeout_counts(make:
 # -- exceptions, runaway ---------------------------------------------------------------------------------------------------
 
 
-def test_a_value_that_cannot_be_computed_fails_its_own_task_with_path_mark_and_cause_and_no_other(make: Make) -> None:
+def test_a_value_that_cannot_be_computed_fails_its_own_task_with_path_mark_and_cause_and_no_other(
+    make: Make, wording: Wording
+) -> None:
     bad = (
         NONE
         + "steps: [{do: cart.Rise}, {check: 1 // n > 0, ignore_failure: true, retry: {attempts: 3}}, {do: cart.Park}]"
@@ -345,7 +350,7 @@ def test_a_value_that_cannot_be_computed_fails_its_own_task_with_path_mark_and_c
 
     assert yard.end(first) == ("FAILED", "cannot_compute")
     reason = yard.task(first).outcome.reason
-    assert "'1 // n > 0'" in reason
+    wording(reason)
     assert "steps/steps[1]" in reason
     assert "try.yaml:" in reason
     assert "division by zero" in reason

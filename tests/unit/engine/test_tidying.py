@@ -4,6 +4,7 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import effects
+from tests.golden import Wording
 from tests.unit.engine.yard import CART, Yard, yard
 
 TEXT = """
@@ -75,7 +76,7 @@ def test_a_breach_skips_it_and_stops_one_that_runs() -> None:
     assert told(bench) == ["tidy"]
 
 
-def test_its_failure_is_a_note_of_the_task() -> None:
+def test_its_failure_is_a_note_of_the_task(wording: Wording) -> None:
     bench, task = moving()
     bench.abort(task)
     bench.run_for(0.2)
@@ -83,7 +84,7 @@ def test_its_failure_is_a_note_of_the_task() -> None:
     settle(bench, "fail")
 
     assert bench.end(task) == ("CANCELED", "aborted")
-    assert bench.task(task).outcome.notes == ("finally of steps/steps[0]: failed:broken",)
+    wording(bench.task(task).outcome.notes)
     assert told(bench) == ["tidy", "on_abort"]
 
 

@@ -13,6 +13,7 @@ from experiments.e2_llm.fly import Scene, world_of
 from experiments.e2_llm.paper_form.child import Child, GoneError, Limits, NoSandboxError, check_sandbox
 from experiments.e2_llm.paper_form.flight import PaperFleet, TaskOverError, WrongCallError
 from experiments.e2_llm.paper_form.fly import fly_program
+from tests.golden import Wording
 
 pytestmark = pytest.mark.network
 WORLD = world_of()
@@ -133,10 +134,11 @@ def test_hostile_programs_end_as_faults(code: str, status: str, text: str) -> No
     assert flown.movers() == ()
 
 
-def test_wall_time_is_bounded_whatever_the_process_does() -> None:
+def test_wall_time_is_bounded_whatever_the_process_does(wording: Wording) -> None:
     flown = fly_program("for one in iter(int, 1):\n    pass", WORLD, limits=Limits(wall_s=0.7))
 
-    assert (flown.status, flown.code, flown.reason) == ("UNFINISHED", "too_long", "the program took too long")
+    assert (flown.status, flown.code) == ("UNFINISHED", "too_long")
+    wording(flown.reason)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +192,9 @@ def test_questions_of_no_sense_are_told_so() -> None:
     fleet.close()
 
 
-def test_without_a_filter_of_system_calls_nothing_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_filter_of_system_calls_nothing_is_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     main = (ROOT / "experiments/e2_llm/paper_form/inside/child.py").read_text()
     root = f"sys.path.insert(0, {str(ROOT)!r})\nimport platform\nplatform.machine = lambda: 'vax'\n"
     (tmp_path / "child.py").write_text(
@@ -201,7 +205,4 @@ def test_without_a_filter_of_system_calls_nothing_is_run(tmp_path: Path, monkeyp
     with pytest.raises(NoSandboxError) as caught:
         check_sandbox()
 
-    assert str(caught.value) == (
-        "generated programs run on Linux with x86_64 or aarch64 only, not on vax\n"
-        "  help: run the column paper-form on a Linux machine"
-    )
+    wording(str(caught.value))

@@ -17,6 +17,7 @@ from experiments.e2_llm.run import experiment
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.packaged import folder
 from formiga_bt.llm.records import Message
+from tests.golden import Wording, timeless
 
 WORLD = world_of()
 WHOSE = Whose(provider="scripted", model="none")
@@ -81,7 +82,7 @@ def test_first_answer_and_repaired_one_are_told_apart(tmp_path: Path) -> None:
     assert (run.last.success, run.rounds, run.tokens, run.seconds_first, run.seconds) == (True, 2, 150, 1.0, 3.5)
 
 
-def test_hidden_helpers_do_not_count_in_the_column_of_the_paper(tmp_path: Path) -> None:
+def test_hidden_helpers_do_not_count_in_the_column_of_the_paper(tmp_path: Path, wording: Wording) -> None:
     out = tmp_path / "results.jsonl"
 
     experiment(Scripted(), WHOSE, "paper", ["T6"], 1, out)
@@ -89,10 +90,10 @@ def test_hidden_helpers_do_not_count_in_the_column_of_the_paper(tmp_path: Path) 
     (run,) = read(out)
     assert run.last is not None
     assert run.last.faults == ("hidden_helper",)
-    assert run.last.said == "it uses circle, which there is not in this column"
+    wording(run.last.said)
 
 
-def test_an_interrupted_experiment_goes_on(tmp_path: Path) -> None:
+def test_an_interrupted_experiment_goes_on(tmp_path: Path, wording: Wording) -> None:
     out = tmp_path / "results.jsonl"
     experiment(Scripted(), WHOSE, "helpers", ["T6"], 1, out)
     with out.open("a") as file:
@@ -103,8 +104,7 @@ def test_an_interrupted_experiment_goes_on(tmp_path: Path) -> None:
 
     assert (done, author.asked) == (2, 2)
     assert [run.run for run in read(out)] == [0, 1, 2]
-    assert said[0] == f"2 runs to do, 1 in {out}"
-    assert said[1].startswith("1/2 T6/01 task after 1 rounds, ")
+    wording(timeless("\n".join(said[:2])))
     packed = tmp_path / "results.jsonl.gz"
     packed.write_bytes(gzip.compress(out.read_bytes()))
     assert read(packed) == read(out)
@@ -156,7 +156,7 @@ def test_shares_have_wilson_intervals(hits: int, of: int, text: str) -> None:
     assert 0.0 <= wilson(hits, of)[0] <= wilson(hits, of)[1] <= 1.0
 
 
-def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> None:
+def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path, wording: Wording) -> None:
     out = tmp_path / "results.jsonl"
     for column in ("paper", "helpers"):
         experiment(Scripted(repairs=True), WHOSE, column, ["T6"], 2, out)  # type: ignore[arg-type]
@@ -168,7 +168,7 @@ def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> 
 
     assert text.count("## none (scripted), column ") == 2
     assert text.count("93.3 % (28/30; 78.7 to 98.2)") == 1
-    assert "100.0 % (2/2; 34.2 to 100.0)" in text
+    wording(text)
     assert text.count("| 0.50, 0.50 |") == 2  # of what is left of the whole time when the model's is taken off
     assert [path.name for path in figures(runs[:2], tmp_path)] == ["figure-15-scripted-none-paper.svg"]
     last = [structs.replace(run, task=task) for run, task in zip(runs[:2], ("T10", "T10+"), strict=True)]
@@ -192,7 +192,7 @@ class Told:
 SYSTEM = "Verbs:\nFlyAndLand - flies and lands\nGoTo - flies\ncircle(A, B) is a list. offset(A, north=5 m) is a place."
 
 
-def test_the_column_of_the_paper_hides_helpers_in_prompt_and_schema() -> None:
+def test_the_column_of_the_paper_hides_helpers_in_prompt_and_schema(wording: Wording) -> None:
     told = Told()
     schema = {"anyOf": [{"$ref": "#/$defs/do_FlyAndLand"}, {"$ref": "#/$defs/do_GoTo"}],
               "$defs": {"do_FlyAndLand": {}, "do_GoTo": {}}}  # fmt: skip
@@ -202,7 +202,7 @@ def test_the_column_of_the_paper_hides_helpers_in_prompt_and_schema() -> None:
 
     assert told.schema == {"anyOf": [{"$ref": "#/$defs/do_GoTo"}], "$defs": {"do_GoTo": {}}}
     assert hidden_in("".join(one.text for one in told.messages[:-1])) == ()
-    assert "offset(A, north=5 m) is a place." in told.messages[0].text
+    wording(told.messages[0].text)
     assert told.messages[-1].text == "circle it"
     assert len(told.messages) == 2 + 2 * 5
     assert len(examples_for("T10+")) == 9
@@ -222,5 +222,5 @@ def test_examples_do_not_have_the_words_of_requests() -> None:
         assert not any(request.casefold() in words.casefold() for words in asked)
 
 
-def test_prompts_without_hidden_helpers_stay_as_they_are() -> None:
-    assert without_hidden("Nothing of it.\n\nHere.") == "Nothing of it.\n\nHere."
+def test_prompts_without_hidden_helpers_stay_as_they_are(wording: Wording) -> None:
+    wording(without_hidden("Nothing of it.\n\nHere."))

@@ -10,6 +10,7 @@ from experiments.e2_llm.train.batches import IGNORED, asked, sequence_of, sequen
 from experiments.e2_llm.train.card import card_of
 from experiments.e2_llm.train.fit import by_site, rate_at
 from formiga_bt.llm.prompt import ask
+from tests.golden import Wording
 
 FACTS = {
     "base": "smollm2", "base_sha256": "b1", "data_sha256": "d1", "first_row": "{}", "steps": "9", "tokens": "900",
@@ -90,33 +91,34 @@ def test_held_out_pairs_are_not_among_those_that_are_learned(tmp_path: Path) -> 
     assert by_site(file, held=True) == [("T", [("<request>q</request>\n(drones: lwd)", "b")])]
 
 
-def test_layers_have_the_names_of_llama_cpp() -> None:
+def test_layers_have_the_names_of_llama_cpp(wording: Wording) -> None:
     assert gguf_name("base_model.model.model.layers.3.mlp.up_proj") == "blk.3.ffn_up.weight"
     assert gguf_name("model.layers.12.self_attn.o_proj") == "blk.12.attn_output.weight"
-    with pytest.raises(ValueError, match="no layer for an adapter: lm_head"):
+    with pytest.raises(ValueError, match="lm_head") as refused:
         gguf_name("lm_head")
+    wording(refused.value)
 
 
 def test_llama_gets_no_adapter_where_gguf_permutes() -> None:
     assert not {"q_proj", "k_proj"} & set(BASES["smollm2"].layers)
 
 
-def test_another_file_than_the_publishers_is_refused(tmp_path: Path) -> None:
+def test_another_file_than_the_publishers_is_refused(tmp_path: Path, wording: Wording) -> None:
     file = tmp_path / "model.gguf"
-    with pytest.raises(SystemExit, match="formiga model fetch smollm2"):
+    with pytest.raises(SystemExit) as refused:
         base_file(BASES["smollm2"], file)
+    wording(refused.value)
     file.write_bytes(b"GGUF")
-    with pytest.raises(SystemExit, match="is not SmolLM2-135M-Instruct Q4_1"):
+    with pytest.raises(SystemExit) as refused:
         base_file(BASES["smollm2"], file)
+    wording(refused.value)
 
 
-def test_a_card_says_what_was_not_measured() -> None:
+def test_a_card_says_what_was_not_measured(wording: Wording) -> None:
     bare = card_of(FACTS, {})
     measured = card_of(FACTS, {"base": {"valid": (1, 9)}, "tuned": {"valid": (8, 9), "seconds": 1.25}})
 
-    assert "| the tree passes the checker | not measured | not measured |" in bare
-    assert "| the tree passes the checker | 1 of 9 | 8 of 9 |" in measured
-    assert "| seconds a request (median) | not measured | 1.2 |" in measured
+    wording(bare, measured)
 
 
 @pytest.mark.external

@@ -8,6 +8,7 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.journal.aside import last_epoch, set_aside
 from formiga_bt.journal.reading import sites_of
 from formiga_bt.journal.store import Journal
+from tests.golden import Wording
 
 
 def begun(where: str, *sites: str) -> None:
@@ -16,10 +17,10 @@ def begun(where: str, *sites: str) -> None:
             journal.take()
 
 
-def test_beside_another_site_the_history_gets_another_name(where: str, tmp_path: Path) -> None:
+def test_beside_another_site_the_history_gets_another_name(where: str, tmp_path: Path, wording: Wording) -> None:
     begun(where, "hill", "meadow", "meadow")
     assert last_epoch(where, "meadow") == 0, "no start was noted"
-    assert set_aside(where, "meadow", tmp_path).endswith(", as the site meadow-aside-1")
+    wording(set_aside(where, "meadow", tmp_path))
     assert sites_of(where) == ["hill", "meadow-aside-1"]
     begun(where, "meadow")
     set_aside(where, "meadow", tmp_path)
@@ -27,16 +28,18 @@ def test_beside_another_site_the_history_gets_another_name(where: str, tmp_path:
     assert set_aside(where, "meadow", tmp_path) == "", "there is nothing left"
 
 
-def test_what_an_engine_writes_stays(where: str, tmp_path: Path) -> None:
+def test_what_an_engine_writes_stays(where: str, tmp_path: Path, wording: Wording) -> None:
     begun(where, "hill")
     with Journal(where, "meadow", durability="normal") as journal:
         journal.take()
-        with pytest.raises(SiteError, match="an engine writes the journal of meadow"):
+        with pytest.raises(SiteError) as refused:
             set_aside(where, "meadow", tmp_path)
+        wording(refused.value)
     assert sites_of(where) == ["hill", "meadow"]
     file = tmp_path / "own.db"
     with Journal(file, "meadow", durability="normal") as journal:
         journal.take()
-        with pytest.raises(SiteError, match="an engine writes the journal"):
+        with pytest.raises(SiteError) as refused:
             set_aside(str(file), "meadow", tmp_path)
+        wording(refused.value)
     assert file.exists()

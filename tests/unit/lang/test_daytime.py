@@ -14,6 +14,7 @@ from formiga_bt.lang.model import Catalogue, EvalError, Expr, Site
 from formiga_bt.lang.request.binding import SiteEnv, bind_params
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import TIME
+from tests.golden import Wording
 
 HELSINKI = ZoneInfo("Europe/Helsinki")
 SITE = """\
@@ -107,7 +108,9 @@ def test_a_watched_condition_knows_its_instant_and_looks_again_at_midnight(site:
     assert [cond.run(SiteEnv(site, midnight + by)) for by in (-1, 0)] == [True, False]
 
 
-def test_a_caller_may_give_a_time_of_today_where_it_is_known_what_day_it_is(catalogue: Catalogue, site: Site) -> None:
+def test_a_caller_may_give_a_time_of_today_where_it_is_known_what_day_it_is(
+    catalogue: Catalogue, site: Site, wording: Wording
+) -> None:
     text = (
         "formiga: 1\ntask: Wait\nparams: {end: time, dusk: {type: time, default: '${sunset(base)}'}}\n"
         "agents: {watcher: {type: watcher}}\nvars: {noon: \"${today('12:00')}\"}\nsteps:\n"
@@ -121,9 +124,7 @@ def test_a_caller_may_give_a_time_of_today_where_it_is_known_what_day_it_is(cata
     assert problems == []
     assert values == {"end": us("2026-08-20T21:30")}
     _, (problem,), _ = bind_params(loaded.task, {"end": "21:30"}, site)
-    assert problem.message == (
-        "'end' has no value: which day today is will only be known when it runs; write the date, too"
-    )
+    wording(problem.message)
 
 
 WITH_TIME = (

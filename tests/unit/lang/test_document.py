@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.text.document import Listing, Mapping_, Scalar, parse
+from tests.golden import Wording
 
 
 def only_problem(text):
@@ -78,11 +79,10 @@ def test_block_and_quoted_styles_are_known():
     assert [(e.value.block, e.value.quoted) for e in root.entries] == [(True, False), (False, True), (False, False)]
 
 
-def test_e002_names_the_first_line_and_keeps_the_first_value():
+def test_e002_names_the_first_line_and_keeps_the_first_value(wording: Wording):
     root, found = parse("timeout: 1 s\nwait: 2 s\ntimeout: 3 s\n", "t.yaml")
-    assert [(d.code, str(d.mark), d.message) for d in found] == [
-        ("E002", "t.yaml:3:1", "key 'timeout' appears twice in this mapping; first at line 1")
-    ]
+    assert [(d.code, str(d.mark)) for d in found] == [("E002", "t.yaml:3:1")]
+    wording([d.message for d in found])
     assert root.get("timeout").value.text == "1 s"
 
 
@@ -112,16 +112,17 @@ def test_e001_explains_the_trap_and_mends_the_line(text, place, message, mended)
     assert parse("\n".join(lines), "t.yaml")[1] == []
 
 
-def test_text_hidden_behind_a_hash_and_a_digit_is_refused_but_comments_are_not():
+def test_text_hidden_behind_a_hash_and_a_digit_is_refused_but_comments_are_not(wording: Wording):
     _, found = parse("ask: Row #3 ready?\n", "t.yaml")
-    assert [(d.code, str(d.mark), d.help) for d in found] == [("E001", "t.yaml:1:10", 'write: ask: "Row #3 ready?"')]
+    assert [(d.code, str(d.mark)) for d in found] == [("E001", "t.yaml:1:10")]
+    wording([d.help for d in found])
     assert parse("timeout: 30 min # from now\nb: 1 #comment\n", "t.yaml")[1] == []
 
 
-def test_other_syntax_errors_show_the_parsers_words_and_place():
+def test_other_syntax_errors_show_the_parsers_words_and_place(wording: Wording):
     problem = only_problem("a: b\n  c: d\n")
     assert (problem.code, problem.mark.line) == ("E001", 2)
-    assert problem.message == "this is not YAML: mapping values are not allowed in this context"
+    wording(problem.message)
     assert "indentation" in problem.help
 
 
@@ -131,8 +132,8 @@ def test_what_turns_the_direction_of_a_text_is_refused_for_it_hides_what_a_file_
     assert only_problem(f"a: x {chr(int(code, 16))} y # z").message == said
 
 
-def test_control_characters_are_refused():
-    assert only_problem("a: \x00").message == "the invisible character U+0000 is not allowed in a task file"
+def test_control_characters_are_refused(wording: Wording):
+    wording(only_problem("a: \x00").message)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.any_file import check_text
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.text.fixing import FixedFile, mend
+from tests.golden import Wording
 from tests.property.test_loader_never_raises import TASKS, mutated
 
 ROOT = Path(__file__).parents[3]
@@ -165,10 +166,10 @@ def test_the_version_is_put_first_below_the_comments() -> None:
     assert not done.left
 
 
-def test_one_mend_brings_the_next_to_light() -> None:
+def test_one_mend_brings_the_next_to_light(wording: Wording) -> None:
     done = fixed(HEAD + "  - action: drone.goto\n    args: {to: ${above(targt, 60 m)}}\n")
 
-    assert done.text == HEAD + '  - do: drone.GoTo\n    with: {to: "${above(target, 60 m)}"}\n'
+    wording(done.text)
 
 
 def test_line_ends_stay_as_they_are() -> None:

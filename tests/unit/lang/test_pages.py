@@ -9,6 +9,7 @@ from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.pages import PageExample, pages, reasons, reasons_of, whole
 from formiga_bt.lang.site import load_site, load_site_text
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[3]
 BASE = ROOT / "actions" / "base.yaml"
@@ -53,8 +54,8 @@ def test_there_is_no_page_of_a_code_that_is_not() -> None:
     assert re.findall(r"^## (\w\d{3})$", text, re.MULTILINE) == sorted(pages(), key=list(pages()).index)
 
 
-def test_reason_codes_are_found_with_and_without_their_own_part() -> None:
-    assert reasons_of("rejected")[0].group == "Why a step failed"
+def test_reason_codes_are_found_with_and_without_their_own_part(wording: Wording) -> None:
+    wording(reasons_of("rejected")[0].group)
     assert reasons_of("failed:blocked")[0].codes == ("failed:<code>",)
     assert any("envelope.reserve" in one.codes for one in reasons_of("envelope.reserve"))
     assert {one.group for one in reasons_of("timeout")} == {"Why a step failed", "Why a task ended"}

@@ -15,6 +15,7 @@ from formiga_bt.lang.request.binding import SiteEnv
 from formiga_bt.lang.site import load_site, load_site_text
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import POSITION
+from tests.golden import Wording
 
 HEAD = "formiga_site: 1\nname: north\nbase: {lat: 66.5, lng: 25.7, ground_msl: 120 m}\n"
 
@@ -105,20 +106,20 @@ class TestSafety:
         assert read(f"resume_hold_after: {text}\n").resume_hold_after_us == us
 
     @pytest.mark.parametrize("text", ["-1 s", "11 min", "1 h"])
-    def test_an_outage_of_more_than_ten_minutes_always_waits(self, text: str) -> None:
+    def test_an_outage_of_more_than_ten_minutes_always_waits(self, text: str, wording: Wording) -> None:
         _, (said,), _ = load_site_text(f"{HEAD}resume_hold_after: {text}\n", "site.yaml")
-        assert (said.code, said.message) == ("E062", "'resume_hold_after' must be 0 s to 10 min")
-        assert (
-            said.help == "machines that nobody watched for longer must not go on by themselves; 30 s if nothing is said"
-        )
+        assert said.code == "E062"
+        wording(said.message, said.help)
 
-    def test_a_limit_looser_than_all_types_of_the_site_changes_nothing_and_is_told(self, catalogue: Catalogue) -> None:
+    def test_a_limit_looser_than_all_types_of_the_site_changes_nothing_and_is_told(
+        self, catalogue: Catalogue, wording: Wording
+    ) -> None:
         text = HEAD + "envelope: {max_height: 120 m, reserve: 10 %}\n"
         found, problems, _ = load_site_text(text, "site.yaml", catalogue)
 
         assert found is not None
         assert [(d.code, d.mark.col) for d in problems] == [("W081", 40)]
-        assert problems[0].message == "reserve 10 % allows more than the 25 % of drone, hwd and lwd"
+        wording(problems[0].message)
 
     def test_a_limit_that_binds_one_of_several_types_is_no_mistake(self, tmp_path: Path, catalogue: Catalogue) -> None:
         kite = replace(
@@ -154,14 +155,13 @@ class TestHeightFile:
         assert site.heights.ground_m(100.0, 0.0) == 40.0
         assert site.relief_m == 2.0
 
-    def test_above_a_place_is_over_the_ground_there(self, tmp_path: Path) -> None:
+    def test_above_a_place_is_over_the_ground_there(self, tmp_path: Path, wording: Wording) -> None:
         env = SiteEnv(self.site(tmp_path))
 
         assert env.ground_up_m(Place(50.0, 0.0)) == 20.0
-        with pytest.raises(
-            EvalError, match="the height of the ground is not known 100 m east and -100 m north of the base"
-        ):
+        with pytest.raises(EvalError) as refused:
             env.ground_up_m(Place(100.0, -100.0))
+        wording(refused.value)
 
     def test_the_helper_above_follows_the_ground_and_at_height_does_not(self, tmp_path: Path) -> None:
         env = SiteEnv(self.site(tmp_path))
@@ -181,12 +181,12 @@ class TestHeightFile:
         assert other is not None
         assert other.digest != before
 
-    def test_binary_data_is_refused_in_words(self, tmp_path: Path) -> None:
+    def test_binary_data_is_refused_in_words(self, tmp_path: Path, wording: Wording) -> None:
         self.site(tmp_path)
         (tmp_path / "hill.asc").write_bytes(b"II*\x00\xff\xfe")
         _, problems, _ = load_site(tmp_path / "site.yaml")
 
-        assert [d.message for d in problems] == ["'hill.asc' is not text: an ESRI ASCII grid is needed"]
+        wording([d.message for d in problems])
 
 
 class TestTasksOnASite:
@@ -202,28 +202,23 @@ class TestTasksOnASite:
         loaded = load_task_text(text, "look.yaml", catalogue=catalogue, site=read(site))
         return [f"{d.code}: {d.message}" for d in loaded.diagnostics]
 
-    def test_the_ceiling_of_the_site_counts(self, catalogue: Catalogue) -> None:
+    def test_the_ceiling_of_the_site_counts(self, catalogue: Catalogue, wording: Wording) -> None:
         site = "layers: [40 m]\nenvelope: {max_height: 65 m}\n"
 
-        assert self.problems("", site, catalogue) == ["E062: altitude 70 m is above the limit of 65 m for this site"]
+        wording(self.problems("", site, catalogue))
 
-    def test_a_task_below_all_layers_could_not_cross(self, catalogue: Catalogue) -> None:
-        assert self.problems("envelope: {max_height: 72 m}\n", "layers: [75 m, 90 m]\n", catalogue) == [
-            "E061: max_height 72 m is below the lowest layer of the site, 75 m"
-        ]
+    def test_a_task_below_all_layers_could_not_cross(self, catalogue: Catalogue, wording: Wording) -> None:
+        wording(self.problems("envelope: {max_height: 72 m}\n", "layers: [75 m, 90 m]\n", catalogue))
 
     def test_a_task_may_tighten_what_the_site_has(self, catalogue: Catalogue) -> None:
         site = "envelope: {max_height: 100 m, reserve: 30 %}\n"
 
         assert self.problems("envelope: {max_height: 80 m, reserve: 30 %}\n", site, catalogue) == []
 
-    def test_a_task_may_not_loosen_what_the_site_has(self, catalogue: Catalogue) -> None:
+    def test_a_task_may_not_loosen_what_the_site_has(self, catalogue: Catalogue, wording: Wording) -> None:
         site = "envelope: {max_height: 100 m, daylight_only: true}\n"
 
-        assert self.problems("envelope: {max_height: 110 m, daylight_only: false}\n", site, catalogue) == [
-            "E080: max_height 110 m allows more than the 100 m of the site",
-            "E080: daylight_only false allows more than 'true' of the site",
-        ]
+        wording(self.problems("envelope: {max_height: 110 m, daylight_only: false}\n", site, catalogue))
 
     def test_the_task_keeps_what_it_tightens(self, catalogue: Catalogue) -> None:
         text = self.TASK.format(more="envelope: {reserve: 40 %, wind_max: 5 m/s}\n")
@@ -235,7 +230,7 @@ class TestTasksOnASite:
         assert loaded.task.envelope == {"reserve_pct": 40.0, "wind_max_m_s": 5.0}
         assert loaded.task.bundle != without.task.bundle
 
-    def test_drones_of_one_task_keep_the_spacing_of_the_site(self, catalogue: Catalogue) -> None:
+    def test_drones_of_one_task_keep_the_spacing_of_the_site(self, catalogue: Catalogue, wording: Wording) -> None:
         text = (
             "formiga: 1\ntask: Pair\nimports: [lib/flying.yaml]\n"
             'agents:\n  one: {type: lwd, near: "${base}"}\n  two: {type: lwd, near: "${base}"}\n'
@@ -250,4 +245,4 @@ class TestTasksOnASite:
             return [d.message for d in loaded.diagnostics]
 
         assert messages("") == []
-        assert messages("min_spacing: 6 m\n") == ["two drones are sent 5 m apart at line 14; min_spacing is 6 m"]
+        wording(messages("min_spacing: 6 m\n"))

@@ -8,6 +8,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.lang.places import steps_around
 from formiga_bt.show.tree.drawing import drawing_of
 from formiga_bt.show.tree.terminal import draw
+from tests.golden import Wording
 
 Load = Callable[[str], Loaded]
 Read = Callable[[str], Task]
@@ -64,15 +65,13 @@ def test_what_every_case_saves_is_sure_after_it(load: Load) -> None:
     assert codes(load(ASK + some + use)) == ["E019"]
 
 
-def test_a_case_that_leaves_the_drone_in_the_air_is_named(load: Load) -> None:
+def test_a_case_that_leaves_the_drone_in_the_air_is_named(load: Load, wording: Wording) -> None:
     text = ASK + "      track: [{wait: 1 s}]\n      up: [{do: drone.TakeOff}]\n    default: [{wait: 1 s}]\n"
 
     found = load(text + "  - do: drone.GoTo\n    with: {to: '${above(base, 40 m)}'}\n" + HOME).diagnostics
     (problem,) = [d for d in found if d.code != "W060"]
     assert problem.code == "E030"
-    assert (
-        problem.message == "GoTo needs 'drone' airborne, but it is grounded here when the switch at line 15 was 'track'"
-    )
+    wording(problem.message)
     assert codes(load(text + HOME + "    when: drone.airborne\n")) == []
     assert "E031" in codes(load(text))
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from formiga_bt.llm import adapters
 from formiga_bt.llm.errors import UnusableModel
 from formiga_bt.llm.models import OnDisk
+from tests.golden import Wording
 
 
 def text(said: str) -> bytes:
@@ -67,11 +68,11 @@ def test_an_adapter_is_used_with_the_very_file_it_was_made_for(tmp_path: Path, m
 
 
 def test_a_package_with_the_card_alone_says_how_to_get_the_adapter(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr(adapters, "FOLDER", tmp_path)
     (tmp_path / "tiny.md").write_text("# a card")
-    assert "formiga model use tiny --adapter FILE" in adapters.absent("tiny")
+    wording(adapters.absent("tiny"))
     assert adapters.absent("other") == ""
     (tmp_path / "tiny.gguf").write_bytes(b"GGUF")
     assert adapters.absent("tiny") == ""

@@ -6,6 +6,7 @@ import pytest
 
 from formiga_bt.llm.shaping.asking import as_asked
 from formiga_bt.llm.words.questions import questions
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged, land, words, world
 
@@ -59,14 +60,12 @@ def test_what_is_done_on_a_no_stays_so() -> None:
     assert "They are not ready." in found.yaml
 
 
-def test_who_must_agree_too_is_asked_right_after_the_other() -> None:
+def test_who_must_agree_too_is_asked_right_after_the_other(wording: Wording) -> None:
     request = "A light drone lands at the camp. First the picker (picker_2) and then a watcher must agree before it flies home."
     found = judged(request, land("drone", "camp"), ask("picker"), home(), agents=[DRONE, PICKERS[1]])
 
     assert errors(found) == []
-    assert found.mends == (
-        "picker_2 and a watcher are asked one after the other and must each say yes, as the request says",
-    )
+    wording(found.mends)
     assert found.flight is not None
     assert found.flight.asked == ("picker_2", "watcher_1")
 
@@ -110,17 +109,13 @@ def test_somebody_whose_word_does_not_count_is_found(of: list[str], wrong: str) 
     assert wrong in errors(found)
 
 
-def test_the_flight_that_is_told_first_is_in_front_of_the_question() -> None:
+def test_the_flight_that_is_told_first_is_in_front_of_the_question(wording: Wording) -> None:
     request = "A light drone hovers over the camp at 40 m; when a watcher agrees, it lands, otherwise it comes home."
     answer = {"if": "said.answer == 'yes'", "then": [fly_to("camp"), land("drone", "camp")], "else": [home()]}
     found = judged(request, ask("watcher", save_as="said"), answer, agents=[DRONE])
 
     assert errors(found) == []
-    assert found.mends == ("drone goes to camp before anybody is asked, as the request says",)
-    assert lines(found.yaml) == [
-        "- call: FlyTo", '- ask: "Is it free?"', "- watcher", "- if: said.answer == 'yes'", "then:", "- call: FlyAndLand",
-        "else:", "- call: ReturnHome",
-    ]  # fmt: skip
+    wording(found.mends, lines(found.yaml))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -138,26 +133,22 @@ def test_the_flight_that_is_told_first_is_in_front_of_the_question() -> None:
         ],
     ],
 )
-def test_who_decides_on_the_way_back_is_asked_there(steps: list[Any]) -> None:
+def test_who_decides_on_the_way_back_is_asked_there(steps: list[Any], wording: Wording) -> None:
     request = (
         "Carry buckets to the camp by light drone. It lands and takes off again only when picker_1 says yes; then home."
     )
     found = judged(request, *steps, agents=[DRONE])
 
     assert errors(found) == []
-    assert [line for line in lines(found.yaml) if "call" in line or "ask" in line] == [
-        "- call: FlyAndLand", '- ask: "May the drone leave?"', "- call: FetchHome",
-    ]  # fmt: skip
+    wording([line for line in lines(found.yaml) if "call" in line or "ask" in line])  # fmt: skip
 
 
-def test_a_drone_that_lands_at_once_hovers_there_first() -> None:
+def test_a_drone_that_lands_at_once_hovers_there_first(wording: Wording) -> None:
     request = "A light drone hovers over the camp at 35 m; when the watcher agrees, it lands."
     found = judged(request, ask("watcher"), land("drone", "camp"), agents=[DRONE])
 
     assert errors(found) == []
-    assert [line for line in lines(found.yaml) if "call" in line or "ask" in line] == [
-        "- call: FlyTo", '- ask: "Is it free?"', "- call: FlyAndLand",
-    ]  # fmt: skip
+    wording([line for line in lines(found.yaml) if "call" in line or "ask" in line])  # fmt: skip
 
 
 def test_a_question_that_is_put_too_early_is_found() -> None:

@@ -16,6 +16,7 @@ from formiga_bt.llm.endpoint import Endpoint
 from formiga_bt.llm.errors import Cancelled, EndpointRefused, EndpointUnreachable, LlmError, NoKey, TooLong
 from formiga_bt.llm.presets import PRESETS, Preset, Price
 from formiga_bt.llm.records import Message
+from tests.golden import Wording
 from tests.unit.llm.fake_endpoint import Answer, FakeEndpoint
 
 pytestmark = pytest.mark.network
@@ -193,22 +194,21 @@ def test_what_passes_is_asked_again(passing: Answer) -> None:
         assert len(endpoint.requests) == 3
 
 
-def test_it_is_asked_four_times_at_most() -> None:
+def test_it_is_asked_four_times_at_most(wording: Wording) -> None:
     with FakeEndpoint([Answer(status=503, error="busy")] * 9) as endpoint:
-        with pytest.raises(EndpointRefused, match=r"says no \(HTTP 503\): busy"):
+        with pytest.raises(EndpointRefused) as refused:
             chat(endpoint).complete(ASKED, None, max_tokens=50)
+        wording(refused.value)
         assert len(endpoint.requests) == 4
 
 
-def test_nobody_there() -> None:
+def test_nobody_there(wording: Wording) -> None:
     with FakeEndpoint() as endpoint:
         base_url = endpoint.base_url
     one = Endpoint(PRESETS["ollama"], base_url, "fake", first_wait_s=0.0)
     with pytest.raises(EndpointUnreachable) as caught:
         one.complete(ASKED, None, max_tokens=50)
-    assert str(caught.value) == (
-        f"ollama ({base_url}) does not answer: [Errno 111] Connection refused\n  help: start it: ollama serve"
-    )
+    wording(str(caught.value))
 
 
 def test_an_answer_that_takes_too_long_is_given_up() -> None:
@@ -313,15 +313,13 @@ def test_a_key_that_is_only_a_word_is_none_to_be_hidden() -> None:
         assert chat(endpoint, key="none").complete(ASKED, None, max_tokens=50).text == "nobody has none"
 
 
-def test_a_wrong_key_and_no_key() -> None:
+def test_a_wrong_key_and_no_key(wording: Wording) -> None:
     with FakeEndpoint(["hi"], key="right") as endpoint:
         with pytest.raises(NoKey) as wrong:
             chat(endpoint, key="wrong").complete(ASKED, None, max_tokens=5)
         with pytest.raises(NoKey) as none:
             chat(endpoint).complete(ASKED, None, max_tokens=5)
-    help_ = "  help: put the right one into FORMIGA_LLM_KEY"
-    assert str(wrong.value) == f"{endpoint.base_url} refuses the key (HTTP 401)\n{help_}"
-    assert str(none.value) == f"{endpoint.base_url} wants a key (HTTP 401)\n{help_}"
+    wording(str(wrong.value), str(none.value))
 
 
 def test_azure_is_asked_for_a_deployment_with_its_version(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -346,10 +344,11 @@ def test_what_the_environment_says_of_openai_goes_to_openai_only(monkeypatch: py
     assert "canary" not in repr(endpoint.headers)
 
 
-def test_the_only_model_that_is_served_is_taken_and_of_several_one_is_to_be_named() -> None:
+def test_the_only_model_that_is_served_is_taken_and_of_several_one_is_to_be_named(wording: Wording) -> None:
     with FakeEndpoint(models=["only/one"]) as endpoint:
         assert open_chat(base_url=endpoint.base_url).model == "only/one"
     with FakeEndpoint(models=["a", "b"]) as endpoint:
-        with pytest.raises(LlmError, match=r"serves a, b\n  help: name one with --model, or FORMIGA_LLM_MODEL"):
+        with pytest.raises(LlmError) as refused:
             open_chat(base_url=endpoint.base_url)
+        wording(refused.value)
         assert open_chat(base_url=endpoint.base_url, model="b").model == "b"

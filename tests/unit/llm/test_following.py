@@ -13,6 +13,7 @@ from formiga_bt.llm.following import following
 from formiga_bt.llm.records import Draft
 from formiga_bt.llm.world import RequestWorld, world_of
 from formiga_bt.safety.drafted import drafted, stamped
+from tests.golden import Wording
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -79,13 +80,14 @@ def test_of_a_draft_without_any_tree_both_requests_are_asked_anew() -> None:
     assert (after.request, after.before, after.form) == (f"{LOOK}\nwith lwd_1", None, "short")
 
 
-def test_a_question_of_a_program_is_answered_by_asking_anew() -> None:
+def test_a_question_of_a_program_is_answered_by_asking_anew(wording: Wording) -> None:
     first = made("send a drone to have a look", GOOD)
     chat = Scripted(tree(fly_to("camp"), home()))
     found = draft("at the camp", world(), chat, previous=first)
 
     assert (first.kind, first.rounds) == ("question", ())
-    assert (found.kind, found.request) == ("task", "send a drone to have a look\nat the camp")
+    assert found.kind == "task"
+    wording(found.request)
     assert "<request>send a drone to have a look\nat the camp</request>" in chat.asked[0][-1].text
 
 
@@ -97,21 +99,22 @@ def test_a_question_of_a_model_is_answered_in_the_same_talk() -> None:
     assert after.before == ("Have a drone look at the tower.", json.dumps(question))
 
 
-def test_what_could_not_be_is_asked_anew_with_the_words_that_make_it_possible() -> None:
+def test_what_could_not_be_is_asked_anew_with_the_words_that_make_it_possible(wording: Wording) -> None:
     first = made("send 7 drones to the camp", GOOD)
     after = following(first, "only 2 drones then", world())
 
     assert (first.kind, first.rounds) == ("impossible", ())
-    assert (after.request, after.before) == ("send 7 drones to the camp\nonly 2 drones then", None)
+    assert after.before is None
+    wording(after.request)
 
 
-def test_words_that_take_back_what_could_not_be_are_a_change() -> None:
+def test_words_that_take_back_what_could_not_be_are_a_change(wording: Wording) -> None:
     first = made("A light drone flies to the camp at 200 m altitude and comes home.", GOOD)
     chat = Scripted(tree(fly_to("camp", "30 m"), home()))
     found = draft("at 30 m then", world(), chat, previous=first)
 
     assert (first.kind, first.rounds, found.kind) == ("impossible", (), "task")
-    assert json.loads(chat.asked[0][2].text)["answer"]["impossible"].startswith("200 m is higher than any drone")
+    wording(json.loads(chat.asked[0][2].text)["answer"]["impossible"])
 
 
 def test_a_proposal_of_an_assistant_is_shown_as_it_is() -> None:
@@ -124,15 +127,15 @@ def test_a_proposal_of_an_assistant_is_shown_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("yaml", ["formiga: 1\ntask: A\n", "x: [", "formiga: 1\ntask: A\nsteps: [{dance: 1}]\n"])
-def test_a_task_that_somebody_broke_is_told(yaml: str) -> None:
+def test_a_task_that_somebody_broke_is_told(yaml: str, wording: Wording) -> None:
     mine = Draft(request="a look", kind="task", yaml=yaml, provider="mcp:x")
 
     with pytest.raises(UnusableFile) as told:
         following(mine, "from 50 m", world(), None, "drafts/1/task.yaml")
-    assert str(told.value) == "drafts/1/task.yaml has errors\n  help: formiga check drafts/1/task.yaml"
+    wording(str(told.value))
 
 
-def test_the_form_is_that_of_the_answer_before_unless_another_is_wanted() -> None:
+def test_the_form_is_that_of_the_answer_before_unless_another_is_wanted(wording: Wording) -> None:
     found = made(LOOK, GOOD)
     full = following(found, "higher", world(), "full")
     priority = structs.replace(found, yaml=found.yaml.replace("version:", "priority: high\nversion:"))
@@ -141,12 +144,14 @@ def test_the_form_is_that_of_the_answer_before_unless_another_is_wanted() -> Non
     assert full.before is not None
     assert steps_of(full.before[1])[0]["call"] == "FlyTo"
     assert following(priority, "higher", world()).form == "full"
-    with pytest.raises(UnusableFile, match=r"has what the short form cannot say\n  help: --form full"):
+    with pytest.raises(UnusableFile) as refused:
         following(priority, "higher", world(), "short")
+    wording(refused.value)
 
 
-def test_two_requests_that_are_too_long_together_are_refused() -> None:
+def test_two_requests_that_are_too_long_together_are_refused(wording: Wording) -> None:
     first = made("send a drone to have a look", GOOD)
 
-    with pytest.raises(UnusableFile, match="has more than 2000 characters"):
+    with pytest.raises(UnusableFile) as refused:
         draft("x" * 1990, world(), Scripted(GOOD), previous=first)
+    wording(refused.value)

@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.llm.shaping.formations import can_land_at, lands_below, leg_of, legs_in
 from formiga_bt.llm.shaping.teams import gap_of, spaced
 from formiga_bt.llm.words.landings import lands_only
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TEAM, TWO, errors, judged, land, words
 
@@ -36,16 +37,16 @@ def test_who_lands_below_where_it_hovers(request_: str, is_below: bool) -> None:
 
 
 @pytest.mark.parametrize("at", ["line(camp, offset(camp, east=12 m), 3)", "camp", "triangle(lake_shore, 12 m)"])
-def test_a_team_lands_below_where_it_hovers(at: str) -> None:
+def test_a_team_lands_below_where_it_hovers(at: str, wording: Wording) -> None:
     found = judged(BELOW, hover("triangle(camp, 12 m)"), land("drones", at), agents=TEAM)
 
     assert errors(found) == []
-    assert found.mends == ("drones land below where they hover: triangle(camp, 12 m)",)
+    wording(found.mends)
     assert "do: drone.LandIn" in found.yaml
     assert "FlyAndLand" not in found.yaml
 
 
-def test_a_machine_lands_below_where_it_hovers() -> None:
+def test_a_machine_lands_below_where_it_hovers(wording: Wording) -> None:
     up = [fly_to("camp", agent="one"), fly_to("offset(camp, east=15 m)", agent="other")]
     found = judged(
         "Two light drones hover 15 m apart at the camp and land where they are.",
@@ -56,7 +57,7 @@ def test_a_machine_lands_below_where_it_hovers() -> None:
 
     assert errors(found) == []
     assert found.flight is not None
-    assert sorted(found.flight.stands.values()) == ["45 E -40 N", "camp"]
+    wording(sorted(found.flight.stands.values()))
     assert found.flight.stands == {one: places[0] for one, places in found.flight.landed.items()}
 
 
@@ -84,14 +85,13 @@ def test_a_row_has_the_gap_between_neighbours(row: str, found: str) -> None:
     assert spaced(row, 3, "") == row
 
 
-def test_a_row_of_three_stands_as_far_apart_as_the_request_says() -> None:
+def test_a_row_of_three_stands_as_far_apart_as_the_request_says(wording: Wording) -> None:
     request = "Three light drones land at the camp in a row, with 8 m between neighbours."
     found = judged(request, land("drones", "line(camp, offset(camp, east=8 m), 3)"), agents=TEAM)
 
     assert errors(found) == []
     assert found.flight is not None
-    assert sorted(found.flight.stands.values()) == ["38 E -40 N", "46 E -40 N", "camp"]
-    assert found.mends == ("8 m between neighbours, as the request says, is not the length of the row",)
+    wording(sorted(found.flight.stands.values()), found.mends)
 
 
 @pytest.mark.parametrize(
@@ -142,13 +142,13 @@ def test_the_legs_are_those_of_the_request_and_no_height(said: str, to: str, hei
     assert (texts["leg"], texts["height"]) == flown
 
 
-def test_who_is_to_land_and_never_does_lands_where_it_hovers() -> None:
+def test_who_is_to_land_and_never_does_lands_where_it_hovers(wording: Wording) -> None:
     request = "Three light drones land at the camp in a row, 8 m apart, and stay there."
     row = "[camp, offset(camp, east=8 m), offset(camp, east=16 m)]"
     found = judged(request, hover(row), agents=TEAM)
 
     assert errors(found) == []
-    assert found.mends == (f"drones lands where it is, at {row}, for the request wants a landing and no way home",)
+    wording(found.mends)
     assert judged("Three light drones land at the lake shore.", hover(row), agents=TEAM).yaml.count("ReturnHome") == 1
     assert can_land_at("lake_shore", words("It flies to the lake shore and lands."))
     assert not can_land_at("lake_shore", words("It flies to the camp and lands."))

@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.llm.judging.landings import landings
 from formiga_bt.llm.records import RehearsedFlight
 from formiga_bt.llm.words.landings import lands_only, rules_out_landing
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TWO, errors, judged, land, words
 
@@ -43,10 +44,10 @@ def test_who_comes_home_is_not_made_to_land(request_: str, place: str) -> None:
     ["then lands there", "then lands", "and lands at the camp", "and lands on the ground", "and lands at its destination",
      "and does not land until a minute is over", "and lands on its own"],
 )  # fmt: skip
-def test_who_shall_land_there_does(end: str) -> None:
+def test_who_shall_land_there_does(end: str, wording: Wording) -> None:
     found = judged(f"A light drone hovers 30 m over the camp {end}.", fly_to("camp", "30 m"), home(), agents=DRONE)
 
-    assert found.mends == ("drone lands where it is, as the request says, and does not fly home",)
+    wording(found.mends)
     assert found.flight is not None
     assert set(found.flight.stands.values()) == {"camp"}
 

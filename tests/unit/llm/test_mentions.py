@@ -9,6 +9,7 @@ from msgspec import structs
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.words.wording import read, roles_of, types_said
 from formiga_bt.llm.world import RequestWorld, world_of
+from tests.golden import Wording
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 
@@ -132,12 +133,12 @@ def test_a_saying_asks_for_no_machine_and_a_right_task_is_not_refused() -> None:
         "One hundred drones fly to the camp",
     ],
 )
-def test_more_machines_than_there_are_is_told_without_a_model(request_: str) -> None:
+def test_more_machines_than_there_are_is_told_without_a_model(request_: str, wording: Wording) -> None:
     chat = Scripted(tree(fly_to("camp"), home()))
     found = draft(request_, world(), chat)
 
     assert (found.kind, chat.asked) == ("impossible", [])
-    assert found.say.startswith("the request speaks of ")
+    wording(found.say)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.shaping.regions import looked_at
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TWO, errors, judged, words, world
 
@@ -28,7 +29,7 @@ def test_which_regions_are_looked_at(request_: str, regions: set[str]) -> None:
     assert looked_at(words(request_), world().site.regions) == regions
 
 
-def test_a_team_looks_at_a_region_each() -> None:
+def test_a_team_looks_at_a_region_each(wording: Wording) -> None:
     found = judged(
         "Two light drones at once: one searches the bog, one the lake, at 45 m; then home.",
         {"parallel": [fly_to("bog", "45 m", "drones"), fly_to("centroid(lake)", "45 m", "drones")]},
@@ -37,7 +38,7 @@ def test_a_team_looks_at_a_region_each() -> None:
     )
 
     assert errors(found) == []
-    assert found.mends[0] == "all of bog and lake is looked at, as the request says"
+    wording(found.mends[0])
     assert found.flight is not None
     assert found.flight.timeline is not None
     rows = [row.agent for row in found.flight.timeline.actions if row.action == "Explore"]
@@ -68,12 +69,14 @@ def test_two_machines_look_at_a_region_each_and_go_home() -> None:
          [fly_to("bog"), {"do": "Explore", "agent": "drone", "region": "bog"}], "centroid(bog)"),
     ],
 )  # fmt: skip
-def test_a_machine_flies_to_the_middle_of_a_region(request_: str, steps: list[Any], kept: str) -> None:
+def test_a_machine_flies_to_the_middle_of_a_region(
+    request_: str, steps: list[Any], kept: str, wording: Wording
+) -> None:
     found = judged(request_, *steps, home(), agents=DRONE)
 
     assert errors(found) == []
     assert kept in found.yaml
-    assert "the middle of bog is the place to fly to" in found.mends
+    wording(found.mends)
 
 
 def test_what_is_not_certain_stays_an_error() -> None:

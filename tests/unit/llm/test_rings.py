@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.shaping.rings import goals, meant, round_
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged, land, words
 
@@ -23,26 +24,23 @@ def ring(way: str, agent: str = "second") -> dict[str, Any]:
 @pytest.mark.parametrize(
     "round_whom", ["first", "first.position", "ground(first.position)", "center_of_first", "first_drone"]
 )
-def test_a_ring_round_a_machine_is_round_where_it_is_sent(round_whom: str) -> None:
+def test_a_ring_round_a_machine_is_round_where_it_is_sent(round_whom: str, wording: Wording) -> None:
     branches = [{"sequence": [ring(f"circle({round_whom}, 18 m)"), land("second", "camp")]}, land("first", "camp")]
     found = judged(REQUEST, {"parallel": branches}, agents=PAIR)
 
     assert errors(found) == []
-    assert found.mends == (
-        f"where {round_whom.removeprefix('ground(').split('.')[0]} is means camp: it is sent there",
-        "second lands where its ring ends, for another one is at camp",
-    )
+    wording(found.mends)
     assert "way: ${circle(camp, radius)}" in found.yaml
     assert found.flight is not None
     assert "camp" in found.flight.stands.values()
 
 
-def test_a_ring_round_a_machine_that_goes_to_several_places_is_no_place() -> None:
+def test_a_ring_round_a_machine_that_goes_to_several_places_is_no_place(wording: Wording) -> None:
     there = {"sequence": [fly_to("lake_shore", agent="first"), land("first", "camp")]}
     branches = [{"sequence": [ring("circle(ground(first.position), 18 m)"), land("second", "camp")]}, there]
     found = judged(REQUEST, {"parallel": branches}, agents=PAIR)
 
-    assert "the ring is round where first_agent stands before it is sent anywhere" in errors(found)
+    wording(errors(found))
 
 
 def test_names_that_may_be_several_machines_are_none() -> None:
@@ -65,19 +63,17 @@ def test_a_ring_is_round(way: str, found: str) -> None:
     assert round_(way, words("It circles the camp, 18 m from it, with 6 stops.")) == found
 
 
-def test_a_ring_to_land_on_is_flown() -> None:
+def test_a_ring_to_land_on_is_flown(wording: Wording) -> None:
     request = "A light drone flies a circle of 18 m round the camp and lands."
     found = judged(request, land("drone", "circle(camp, 18 m)"), agents=DRONE)
 
     assert errors(found) == []
-    assert found.mends == (
-        "drone flies along circle(camp, 18 m) at 20 m and lands where it ends: nobody lands on all of it",
-    )
+    wording(found.mends)
     only = judged(request, land("drone", "last(circle(camp, 18 m))"), agents=DRONE)
-    assert errors(only) == ["the request wants a circle, and the task flies none"]
+    wording(errors(only))
 
 
-def test_a_loop_over_a_ring_is_a_flight_along_it() -> None:
+def test_a_loop_over_a_ring_is_a_flight_along_it(wording: Wording) -> None:
     loop = {
         "for": "spot",
         "in": "circle(camp, 18 m)",
@@ -88,4 +84,4 @@ def test_a_loop_over_a_ring_is_a_flight_along_it() -> None:
     assert errors(found) == []
     assert found.yaml.count("FlyAlong") == 1
     assert "for:" not in found.yaml
-    assert "drone flies along circle(camp, 18 m), not up and down at each of its points" in found.mends
+    wording(found.mends)

@@ -4,12 +4,13 @@ from formiga_bt.lang.loader import load_task_text
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.summary import in_words
 from formiga_bt.llm.world import world_of
+from tests.golden import Wording
 from tests.unit.llm.scripted import Scripted, tree
 
 PAIR = ({"name": "one", "type": "lwd"}, {"name": "other", "type": "lwd"})
 
 
-def test_places_beside_others_are_read_with_their_values_and_what_was_put_right_is_told() -> None:
+def test_places_beside_others_are_read_with_their_values_and_what_was_put_right_is_told(wording: Wording) -> None:
     world = world_of()
     lands = [{"do": "FlyAndLand", "agent": "one", "at": "camp"}]
     lands += [{"do": "FlyAndLand", "agent": "other", "at": "offset(camp, east=6 m)"}]
@@ -19,5 +20,4 @@ def test_places_beside_others_are_read_with_their_values_and_what_was_put_right_
 
     text = "\n".join(in_words(made, task)) + "\n"
 
-    assert "other flies to offset(camp, east=6 m) and lands there" in text
-    assert "Put right by a program:\n" in text
+    wording(text)

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.shaping.tidying import wants_centre
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged
 
@@ -28,14 +29,14 @@ def to(place: str, do: str = "FlyTo") -> dict[str, Any]:
         [to("home port", "FlyAndLand")],
     ],
 )
-def test_a_flight_to_its_port_is_the_way_home(ends: list[dict[str, Any]]) -> None:
+def test_a_flight_to_its_port_is_the_way_home(ends: list[dict[str, Any]], wording: Wording) -> None:
     found = judged(
         "A light drone flies to the camp at 30 m, to its port, and lands.", fly_to("camp"), *ends, agents=DRONE
     )
 
     assert [text for text in errors(found) if "30 m" not in text] == []
     assert found.yaml.count("ReturnHome") == 1
-    assert "drone comes home: that is its port" in found.mends
+    wording(found.mends)
     assert found.flight is not None
     assert list(found.flight.stands.values()) == ["home"]
 
@@ -46,12 +47,12 @@ def test_two_ways_home_that_a_model_wrote_itself_stay() -> None:
     assert found.yaml.count("ReturnHome") + found.yaml.count("FetchHome") == 2
 
 
-def test_a_ring_ends_over_its_centre_if_the_request_says_so() -> None:
+def test_a_ring_ends_over_its_centre_if_the_request_says_so(wording: Wording) -> None:
     request = "A light drone flies a circle of 20 m about the camp at 30 m, goes back to the centre, and comes home."
     found = judged(request, RING, home(), agents=DRONE)
 
     assert errors(found) == []
-    assert found.mends == ("drone goes back to the centre, camp, after the circle, as the request says",)
+    wording(found.mends)
     assert [step.strip() for step in found.yaml.splitlines() if "call:" in step] == [
         "- call: FlyAlong", "- call: FlyTo", "- call: ReturnHome",
     ]  # fmt: skip
@@ -143,7 +144,7 @@ def test_laps_that_are_asked_for_are_flown(request_: str, wrong: str) -> None:
     )
 
 
-def test_a_parallel_of_one_branch_with_two_machines_is_one_branch_each() -> None:
+def test_a_parallel_of_one_branch_with_two_machines_is_one_branch_each(wording: Wording) -> None:
     agents = [{"name": "one", "type": "lwd"}, {"name": "other", "type": "lwd"}]
     request = (
         "A light drone lands at the camp. Meanwhile another one hovers at the lake shore, 40 m, 30 s, and comes home."
@@ -154,7 +155,7 @@ def test_a_parallel_of_one_branch_with_two_machines_is_one_branch_each() -> None
     found = judged(request, {"parallel": [{"sequence": steps}]}, agents=agents)
 
     assert errors(found) == []
-    assert found.mends == ("one and other fly at the same time: each has a branch of its own",)
+    wording(found.mends)
     assert found.yaml.index("FlyTo") < found.yaml.index("wait:") < found.yaml.index("ReturnHome")
 
     alone = [{**one, "agent": "other"} if "agent" in one else one for one in (landing, there, {"wait": "30 s"}, home())]
@@ -184,7 +185,7 @@ WATCHED = [*DRONE, {"name": "watcher", "type": "watcher"}]
 
 
 @pytest.mark.parametrize("kept", [{}, {"save_as": "reply"}])
-def test_whatever_is_answered_it_goes_on(kept: dict[str, str]) -> None:
+def test_whatever_is_answered_it_goes_on(kept: dict[str, str], wording: Wording) -> None:
     request = (
         "A light drone looks at the camp, asks the watcher whether it looks fine, and comes home whatever she says."
     )
@@ -192,7 +193,7 @@ def test_whatever_is_answered_it_goes_on(kept: dict[str, str]) -> None:
     found = judged(request, fly_to("camp"), ask, home(), agents=WATCHED)
 
     assert errors(found) == []
-    assert found.mends == ("it goes on whatever the answer is, as the request says",)
+    wording(found.mends)
     assert "expect" not in found.yaml
     plain = judged(request.replace(" whatever she says", " then"), fly_to("camp"), ask, home(), agents=WATCHED)
     assert "expect: result.answer == 'yes'" in plain.yaml

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.shaping.waits import without_idle_waits
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to
 from tests.unit.llm.test_teams import TEAM, TWO, errors, judged, land
 
@@ -53,14 +54,14 @@ def test_a_wait_before_anything_was_done_stays() -> None:
     assert without_idle_waits({"agents": TEAM, "steps": first}, False, [])["steps"] == first
 
 
-def test_a_draft_lands_them_when_all_are_there() -> None:
+def test_a_draft_lands_them_when_all_are_there(wording: Wording) -> None:
     found = judged(REQUEST, UP, {"wait_until": "everyone is there"}, DOWN, agents=TEAM)
 
     assert errors(found) == []
-    assert found.mends == ("it waits for nobody: a step ends when all of its machines are there",)
+    wording(found.mends)
 
 
-def test_branches_that_wait_for_each_other_go_on_together() -> None:
+def test_branches_that_wait_for_each_other_go_on_together(wording: Wording) -> None:
     def branch(agent: str, place: str) -> dict[str, Any]:
         wait = {"wait_until": "the other one is there"}
         return {"sequence": [fly_to(place, agent=agent), wait, land(agent, place)]}
@@ -70,7 +71,7 @@ def test_branches_that_wait_for_each_other_go_on_together() -> None:
     found = judged(request, both, agents=TWO)
 
     assert errors(found) == []
-    assert found.mends == ("they wait for each other: when all are there, all go on",)
+    wording(found.mends)
     assert found.yaml.count("parallel:") == 2
     assert found.yaml.index("FlyAndLand") > found.yaml.rindex("call: FlyTo")
 

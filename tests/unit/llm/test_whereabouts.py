@@ -11,6 +11,7 @@ from formiga_bt.llm.shaping.whereabouts import NOWHERE, PossiblePlace, Whereabou
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import RequestWorld, world_of
+from tests.golden import Wording
 from tests.unit.llm.scripted import fly_to, home
 
 AGENTS = [
@@ -81,10 +82,10 @@ def test_who_is_there_on_another_answer_only_is_not_in_the_way(steps: list[Any],
     assert moved(judged(*steps)) == mends
 
 
-def test_a_third_one_keeps_off_the_spots_of_both_branches() -> None:
+def test_a_third_one_keeps_off_the_spots_of_both_branches(wording: Wording) -> None:
     found = judged(ASK, on(YES, land("one"), otherwise=[land("other")]), land("third"))
 
-    assert moved(found) == ["third keeps 5 m from the one at camp"]
+    wording(moved(found))
     assert ASIDE in found.yaml
 
 
@@ -106,10 +107,10 @@ def test_of_three_answers_two_others_are_left() -> None:
     assert moved(judged(ask, *either)) == [KEEPS]
 
 
-def test_what_was_moved_aside_in_one_branch_has_the_place_in_the_other() -> None:
+def test_what_was_moved_aside_in_one_branch_has_the_place_in_the_other(wording: Wording) -> None:
     found = judged(ASK, land("one", "lake_shore"), on(YES, land("other", "lake_shore"), otherwise=[land("other")]))
 
-    assert moved(found) == ["other keeps 5 m from the one at lake_shore"]
+    wording(moved(found))
     assert "at: ${camp}" in found.yaml
 
 

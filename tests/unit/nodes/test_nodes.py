@@ -13,6 +13,7 @@ from formiga_bt.nodes.compile import compile_section
 from formiga_bt.nodes.composites import SequenceNode
 from formiga_bt.nodes.ends import GoalEnd
 from formiga_bt.rehearsal.testing import Bench, effects
+from tests.golden import Wording
 from tests.unit.engine.yard import CART, Yard, task, yard
 
 TEXT = CART + "steps: [{sequence: [{do: cart.Move, timeout: 1 min}, {wait: 5 s}]}, {do: cart.Home}]"
@@ -90,11 +91,12 @@ def test_entering_a_running_node_is_a_bug(running: tuple[Yard, str]) -> None:
         tree.enter(tree.run, "steps", "")
 
 
-def test_only_a_node_itself_ends_well_or_badly(running: tuple[Yard, str]) -> None:
+def test_only_a_node_itself_ends_well_or_badly(running: tuple[Yard, str], wording: Wording) -> None:
     bench, one = running
 
-    with pytest.raises(AssertionError, match="only a node itself"):
+    with pytest.raises(AssertionError) as refused:
         root(bench, one).stop(Status.SUCCESS)
+    wording(refused.value)
 
 
 def test_py_trees_own_driving_gives_the_same_steps() -> None:

@@ -13,6 +13,7 @@ from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.refused import Refused
 from formiga_bt.transport.desk import DeskTransport, OpenQuestion
+from tests.golden import Wording
 
 ASK = """
 agents: {w: {type: watcher}}
@@ -81,35 +82,39 @@ def test_an_answer_that_is_not_on_disk_is_told_to_be_unkept(room: Room) -> None:
     assert room.engine.state.tasks[room.task].status == "SUCCEEDED"
 
 
-def test_an_answer_that_came_too_late_is_refused(room: Room) -> None:
+def test_an_answer_that_came_too_late_is_refused(room: Room, wording: Wording) -> None:
     room.once_answered(lambda: room.driver.feed(inp.Abort(room.task)), room.driver.drain)
-    with pytest.raises(Refused, match=r"^Q1 is closed: it was answered, withdrawn or has lapsed\n") as told:
+    with pytest.raises(Refused) as told:
         room.answering.answer(room.asked(), "yes")
+    wording(told.value)
     assert told.value.code == "answer_late"
 
 
-def test_an_answer_that_the_engine_does_not_take_is_not_told_to_be_there(room: Room) -> None:
-    with pytest.raises(
-        Refused, match=r"^Q1: the answer is on its way, but the engine did not take it within 0 s\n"
-    ) as told:
+def test_an_answer_that_the_engine_does_not_take_is_not_told_to_be_there(room: Room, wording: Wording) -> None:
+    with pytest.raises(Refused) as told:
         room.answering.answer(room.asked(), "yes")
-    assert (told.value.code, told.value.help) == ("no_reply", "formiga inbox tells whether it is still open")
+    wording(told.value)
+    assert told.value.code == "no_reply"
+    wording(told.value.help)
 
 
-def test_nothing_wrong_is_handed_in(room: Room) -> None:
-    with pytest.raises(Refused, match="choose from yes, no") as told:
+def test_nothing_wrong_is_handed_in(room: Room, wording: Wording) -> None:
+    with pytest.raises(Refused) as told:
         room.answering.answer(room.asked(), "maybe")
+    wording(told.value)
     assert told.value.code == "bad_option"
     question = room.asked()
     assert not room.answering._waiting
     room.answering.close()
-    with pytest.raises(Refused, match="the engine is stopped") as told:
+    with pytest.raises(Refused) as told:
         room.answering.answer(question, "yes")
+    wording(told.value)
     assert told.value.code == "stopped"
     assert room.asked() == question
 
 
-def test_who_waits_when_the_engine_stops_is_told(room: Room) -> None:
+def test_who_waits_when_the_engine_stops_is_told(room: Room, wording: Wording) -> None:
     room.once_answered(room.answering.close)
-    with pytest.raises(Refused, match="the engine is stopped"):
+    with pytest.raises(Refused) as refused:
         room.answering.answer(room.asked(), "yes")
+    wording(refused.value)

@@ -7,6 +7,7 @@ import pytest
 
 from formiga_bt.safety.approval import TYPED
 from formiga_bt.services.not_served import NotServed
+from tests.golden import Wording, timeless
 from tests.unit.services.conftest import Service, Start
 from tests.unit.services.test_crew import real as real
 
@@ -19,7 +20,7 @@ def load(service: Service, text: str, file: str = "trees/stay.yaml") -> Any:
     return service.post("/v1/library", {"file": file, "texts": {file: text}, "by": "eve"})
 
 
-def test_two_versions_run_side_by_side(start: Start) -> None:
+def test_two_versions_run_side_by_side(start: Start, wording: Wording) -> None:
     with start() as service:
         old = service.submit("Stay")
         said = load(service, SHORT)
@@ -27,13 +28,13 @@ def test_two_versions_run_side_by_side(start: Start) -> None:
         assert service.ends(new)["status"] == "SUCCEEDED"
 
         assert (said["what"], said["version"]) == ("changed", 2)
-        assert said["text"] == f"Stay is served in version 2: new requests get it; {old} goes on with the old one"
+        wording(said["text"])
         (one, two) = (service.task(old), service.task(new))
         assert (one["status"], one["version"], one["newest"]) == ("ACTIVE", 1, 2)
         assert (two["version"], two["newest"], two["bundle"]) == (2, 2, said["bundle"])
         assert one["running"][0]["place"].endswith("stay.yaml:4")
         (line,) = [b["text"] for b in service.get(f"/v1/tasks/{old}/why")["because"] if b["code"] == "version"]
-        assert line == "it runs version 1 of Stay to its end; new requests get version 2"
+        wording(line)
         assert "version" not in service.codes(new)
         (shown,) = [t for t in service.get("/v1/library")["tasks"] if t["task"] == "Stay"]
         assert [(v["version"], v["tasks"]) for v in shown["versions"]] == [(1, [old]), (2, [])]
@@ -41,7 +42,9 @@ def test_two_versions_run_side_by_side(start: Start) -> None:
         assert service.task(third)["version"] == 1
 
 
-def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until_it_is_loaded(start: Start) -> None:
+def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until_it_is_loaded(
+    start: Start, wording: Wording
+) -> None:
     bad = NotServed(
         "trees/bad.yaml:6:5: E031: 'd' can still be airborne when the task ends (and 1 more)",
         "formiga check trees/bad.yaml --site site.yaml", ("Bad", "Poor"), "formiga load trees/bad.yaml",
@@ -50,10 +53,7 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
         for name in ("Bad", "Poor"):
             said = service.refused("POST", "/v1/tasks", {"task": name})
             assert (said["status"], said["code"]) == (409, "not_served")
-            assert said["text"] == f"{name} is not served: its file was refused at the start: {bad.why}"
-            assert said["help"] == (
-                "formiga check trees/bad.yaml --site site.yaml tells all; when it is mended: formiga load trees/bad.yaml"
-            )
+            wording(said["text"], said["help"])
         assert service.refused("POST", "/v1/tasks", {"task": "Worse"})["code"] == "unknown_task"
         assert service.get("/v1/library")["refused"] == [bad.text]
         load(service, STAY.replace("Stay", "Bad"), "trees/bad.yaml")
@@ -62,7 +62,7 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
 
 
 def test_a_file_that_was_written_after_the_start_is_told_of_to_whoever_asks_for_its_task(
-    start: Start, tmp_path: Path
+    start: Start, tmp_path: Path, wording: Wording
 ) -> None:
     with start() as service:
         (tmp_path / "trees").mkdir()
@@ -72,7 +72,7 @@ def test_a_file_that_was_written_after_the_start_is_told_of_to_whoever_asks_for_
         other = service.refused("POST", "/v1/tasks", {"task": "Later"})
 
     assert (said["status"], said["code"]) == (other["status"], other["code"]) == (404, "unknown_task")
-    assert said["text"] == "there is no task 'Late': its file was not read at the start"
+    wording(said["text"])
     assert said["help"] == f"formiga load {tmp_path}/trees/late.yaml"
     assert "load" not in other["help"]
 
@@ -92,14 +92,14 @@ def test_what_is_refused(start: Start) -> None:
         assert "/v1/library" in service.get("/v1/openapi.json")["paths"]
 
 
-def test_a_new_start_serves_it_again_with_a_notice(start: Start, tmp_path: Path) -> None:
+def test_a_new_start_serves_it_again_with_a_notice(start: Start, tmp_path: Path, wording: Wording) -> None:
     with start() as service:
         load(service, SHORT.replace("Stay", "Brief"), "drafts/brief.yaml")
         assert service.host.restored == []
     with start() as service:
         assert service.ends(service.submit("Brief"))["status"] == "SUCCEEDED"
         (told,) = service.host.restored
-    assert told.startswith("Brief is served again as it was loaded on ")
+    wording(timeless(told))
     assert f"rm {tmp_path}/.formiga/meadow/bundles/" in told
 
 

@@ -9,6 +9,7 @@ import pytest
 from formiga_bt.client import ApiError, Client, UnknownId, connect
 from formiga_bt.services.http.openapi import shapes
 from formiga_bt.show import facts as f
+from tests.golden import Wording
 from tests.unit.services.conftest import Service
 
 pytestmark = pytest.mark.network
@@ -46,13 +47,12 @@ def test_each_answer_is_a_fact(client: Client) -> None:
     assert client.abort(task, by="eve").startswith(f"{task} ends")
 
 
-def test_a_refusal_has_fields(client: Client) -> None:
+def test_a_refusal_has_fields(client: Client, wording: Wording) -> None:
     task = client.request("Stay", by="eve")
     with pytest.raises(UnknownId) as refused:
         client.detail(f"{task}1")
     assert (refused.value.code, refused.value.near, refused.value.status) == ("unknown_task", (task,), 404)
-    assert refused.value.text == f"there is no task '{task}1' (any more)"
-    assert str(refused.value) == f"{refused.value.text}; did you mean {task}?\n  help: formiga tasks lists them"
+    wording(refused.value.text, str(refused.value))
     with pytest.raises(ApiError) as bad:
         client.request("Hallo")
     assert (bad.value.code, bad.value.near) == ("unknown_task", ("Hello",))
@@ -64,11 +64,11 @@ def test_what_a_newer_engine_adds_is_passed_over(monkeypatch: pytest.MonkeyPatch
     assert client.lockdown() == f.LockdownFact(on=True, how="hold")
 
 
-def test_openapi_names_summaries_and_what_fields_mean(service: Service) -> None:
+def test_openapi_names_summaries_and_what_fields_mean(service: Service, wording: Wording) -> None:
     document = service.get("/v1/openapi.json")
     operations = {f"{verb} {path}": one for path, ways in document["paths"].items() for verb, one in ways.items()}
     assert not [name for name, one in operations.items() if not one["summary"] or one["summary"] == "Submit"]
-    assert operations["get /v1/agents"]["summary"] == "List machines and people"
+    wording(operations["get /v1/agents"]["summary"])
     answer = operations["get /v1/agents"]["responses"]["200"]["content"]["application/json"]["schema"]
     assert answer == {"$ref": "#/components/schemas/AgentList"}
     found = document["components"]["schemas"]
@@ -78,8 +78,8 @@ def test_openapi_names_summaries_and_what_fields_mean(service: Service) -> None:
     assert found["SubmitBody"]["properties"]["by"]["description"] == "Who requests it."
 
 
-def test_facts_of_facts_are_described() -> None:
+def test_facts_of_facts_are_described(wording: Wording) -> None:
     found = shapes({f.TaskList})
-    assert found["TaskList"]["properties"]["total"]["description"] == "So many fit the filter."
+    wording(found["TaskList"]["properties"]["total"]["description"])
     assert found["LockdownFact"]["type"] == "object"
     assert found["TaskFact"]["properties"]["urgent"]["description"].startswith("What that is")

@@ -10,6 +10,7 @@ from formiga_bt.base.site_folder import APPROVALS
 from formiga_bt.services.crew import keep, standing, taken_back
 from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.transport.messages import PreflightCheck
+from tests.golden import Wording
 from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
@@ -38,20 +39,18 @@ def ready(service: Service) -> None:
     service.wire.say("lwd_1")
 
 
-def test_from_refused_to_flown_and_logged(real: Start, tmp_path: Path) -> None:
+def test_from_refused_to_flown_and_logged(real: Start, tmp_path: Path, wording: Wording) -> None:
     with real() as service:
         refused = service.refused("POST", "/v1/tasks", {"task": "Hello", "by": "rita"})
         assert (refused["status"], refused["code"]) == (403, "not_approved")
-        assert "formiga approve Hello --by NAME" in refused["text"]
+        wording(refused["text"])
 
         said = service.post("/v1/approvals", body(service))["text"]
-        assert said == f"Hello ({digest(service, 'Hello')[:8]}) is approved by ann"
+        wording(said)
         task_id = service.submit("Hello")
         service.wait(lambda: "no_pilot" in service.codes(task_id))
         (line,) = [b for b in service.get(f"/v1/tasks/{task_id}/why")["because"] if b["code"] == "no_pilot"]
-        assert line["text"] == "it has no pilot: nobody of pia is on duty"
-        assert line["hint"] == "formiga duty PILOT on"
-        assert service.post("/v1/pilots/pia/duty", {"on": True})["text"] == "pia is on duty"
+        wording(line["text"], line["hint"], service.post("/v1/pilots/pia/duty", {"on": True})["text"])
         service.wait(lambda: "no_checks" in service.codes(task_id))
         ready(service)
         assert service.ends(task_id)["status"] == "SUCCEEDED"
@@ -129,7 +128,7 @@ def test_an_approval_of_another_version_is_listed_and_does_not_count(real: Start
         assert service.refused("POST", "/v1/tasks", {"task": "Hello"})["code"] == "not_approved"
 
 
-def test_pilots_and_what_flies_under_their_names(real: Start) -> None:
+def test_pilots_and_what_flies_under_their_names(real: Start, wording: Wording) -> None:
     with real(auto=False) as service:
         ready(service)
         service.post("/v1/approvals", body(service))
@@ -145,5 +144,5 @@ def test_pilots_and_what_flies_under_their_names(real: Start) -> None:
             ["lwd_1"],
         )
         said = service.post("/v1/pilots/pia/duty", {"on": False})["text"]
-        assert said == "pia is off duty; still under that name: lwd_1"
+        wording(said)
         assert service.refused("POST", "/v1/pilots/ann/duty", {"on": True})["code"] == "unknown_pilot"

@@ -10,6 +10,7 @@ from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import SiteError
 from formiga_bt.client.calls import LocalConnection
 from formiga_bt.services.http import server
+from tests.golden import Wording
 from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
@@ -118,6 +119,7 @@ def test_an_address_is_host_and_port(text: str) -> None:
         server.read_address(text)
 
 
-def test_a_taken_port_is_told_at_once(service: Service) -> None:
-    with pytest.raises(SiteError, match=r"cannot serve the API.*\n.*--http"):
+def test_a_taken_port_is_told_at_once(service: Service, wording: Wording) -> None:
+    with pytest.raises(SiteError) as refused:
         server.listen(service.url.removeprefix("http://"))
+    wording(refused.value)

@@ -9,6 +9,7 @@ from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.safety.approval import TYPED
 from formiga_bt.safety.drafted import drafted, stamped
 from formiga_bt.services.kept.drafted import LEDGER, known_below, known_of, note, texts_of, who_drafted
+from tests.golden import Wording
 from tests.unit.services.conftest import Service, Start
 from tests.unit.services.test_crew import real as real
 
@@ -22,14 +23,14 @@ def task(text: str = STAY) -> Any:
 
 
 # -- the file ----------------------------------------------------------------------------------------------------------
-def test_what_is_noted_is_known_and_noted_once(tmp_path: Path) -> None:
+def test_what_is_noted_is_known_and_noted_once(tmp_path: Path, wording: Wording) -> None:
     runtime = tmp_path / ".formiga" / "meadow"
     assert known_of(runtime) == {}
     for _ in range(2):
         note(runtime, [task(), task()], EVE, draft=3, unix_millis=7)
     (key,) = known_of(runtime)
     (line,) = (runtime / LEDGER).read_text().splitlines()
-    assert line.startswith(f'{{"meaning": "{key}", "task": "Stay", "by": ["eve"], "model": "local qwen", "draft": 3,')
+    wording(line)
     note(runtime, [task()], drafted(["bob"], "local qwen"))
     assert known_of(runtime) == {key: drafted(["eve", "bob"], "local qwen")}
     assert known_below(tmp_path) == known_of(runtime)
@@ -70,28 +71,25 @@ def run(service: Service, name: str, requester: str) -> Any:
 
 
 @pytest.mark.network
-def test_a_copy_that_is_loaded_by_http_is_known_by_what_it_does(real: Start, tmp_path: Path) -> None:
+def test_a_copy_that_is_loaded_by_http_is_known_by_what_it_does(real: Start, tmp_path: Path, wording: Wording) -> None:
     note(tmp_path / ".formiga/old_name", [task()], EVE)
     with real() as service:
         copy = STAY.replace("Stay", "Rest").replace("watcher: {", "somebody: {")
         load(service, copy, "elsewhere/rest.yaml")
         assert origin(service, "Rest") == {"by": ["eve"], "model": "local qwen"}
         said = approve(service, "Rest", "ann")
-        assert "is approved by ann" in said["text"]
-        assert f"Rest {WROTE}, and ann, who requests it, approved it; another approver (bob) must" in run(
-            service, "Rest", "ann"
-        )
+        wording(said["text"], run(service, "Rest", "ann"))
         assert service.post("/v1/tasks", {"task": "Rest", "by": "rita"})["id"] == "Rest-1"
 
 
 @pytest.mark.network
-def test_the_line_and_the_word_of_a_client_count_and_stay(real: Start, tmp_path: Path) -> None:
+def test_the_line_and_the_word_of_a_client_count_and_stay(real: Start, tmp_path: Path, wording: Wording) -> None:
     with real() as service:
         load(service, stamped(STAY.replace("1 s", "3 s"), drafted(["ann"], "groq llama")))
         assert origin(service, "Stay") == {"by": ["ann"], "model": "groq llama"}
         refused = approve(service, "Stay", "ann", refused=True)
         assert (refused["status"], refused["code"]) == (403, "not_approver")
-        assert "on the request of ann; another approver (bob) must approve it" in refused["text"]
+        wording(refused["text"])
         load(service, STAY.replace("1 s", "3 s").replace("Stay", "Bare"), "trees/bare.yaml")  # without the line
         assert origin(service, "Bare") == {"by": ["ann"], "model": "groq llama"}
         load(service, STAY.replace("1 s", "5 s"), drafted={"by": ["bob"], "model": "far"})
@@ -100,12 +98,12 @@ def test_the_line_and_the_word_of_a_client_count_and_stay(real: Start, tmp_path:
         assert origin(service, "Stay") == {"by": ["bob"], "model": "far"}
         load(service, STAY.replace("1 s", "5 s"), drafted={"by": ["ann"]})
         assert origin(service, "Stay") == {"by": ["bob", "ann"], "model": "far"}
-        assert "nobody else is named in site.yaml" in run(service, "Stay", "rita")
+        wording(run(service, "Stay", "rita"))
 
 
 @pytest.mark.network
 def test_files_that_are_there_at_the_start_are_looked_at_and_an_old_approval_does_not_help(
-    real: Start, tmp_path: Path
+    real: Start, tmp_path: Path, wording: Wording
 ) -> None:
     with real() as service:
         assert origin(service, "Stay") is None
@@ -113,9 +111,7 @@ def test_files_that_are_there_at_the_start_are_looked_at_and_an_old_approval_doe
     note(tmp_path / ".formiga/meadow", [task(STAY.replace("1 s", "1 h"))], drafted(["bob"], "local qwen"))
     with real() as service:
         assert origin(service, "Stay") == {"by": ["bob"], "model": "local qwen"}
-        assert "on the request of bob, who cannot approve it alone; another approver (ann) must:" in run(
-            service, "Stay", "rita"
-        )
+        wording(run(service, "Stay", "rita"))
         approve(service, "Stay", "ann")
         assert service.post("/v1/tasks", {"task": "Stay", "by": "rita"})["id"] == "Stay-1"
         assert service.host.driver.error is None

@@ -17,6 +17,7 @@ from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from formiga_bt.services.kept import flightlog
 from formiga_bt.services.kept.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying, iso
+from tests.golden import Wording
 
 HOP = """\
 imports: [lib/flying.yaml]
@@ -138,7 +139,7 @@ def test_who_else_brought_it_down(more: dict[str, object], by: str) -> None:
     assert flight.landed_by == by
 
 
-def test_orders_and_breaches_of_the_flight_are_kept_each_once() -> None:
+def test_orders_and_breaches_of_the_flight_are_kept_each_once(wording: Wording) -> None:
     told = story()
     told.drone("grounded")
     told.drone("airborne")
@@ -149,7 +150,7 @@ def test_orders_and_breaches_of_the_flight_are_kept_each_once() -> None:
     (flight,) = told.drone("grounded")
 
     assert flight.breaches == ("reserve",)
-    assert flight.orders == ("return by engine (envelope.reserve)",)
+    wording(flight.orders)
     assert flight.landed_by == "order"
 
 
@@ -219,10 +220,11 @@ def test_a_line_that_a_power_cut_cut_short_is_passed_over_and_the_next_stands_al
     assert len(flights(tmp_path)) == 2
 
 
-def test_a_damaged_file_of_flights_under_way_is_told(tmp_path: Path) -> None:
+def test_a_damaged_file_of_flights_under_way_is_told(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / FLYING).write_text("nonsense", encoding="utf-8")
-    with pytest.raises(SiteError, match=r"flying\.json: .*\n  help: if it is damaged beyond repair, delete it"):
+    with pytest.raises(SiteError) as refused:
         FlightLog(tmp_path, packaged_world()[0])
+    wording(refused.value)
 
 
 def test_csv_and_json_say_the_same_and_a_name_is_no_formula() -> None:
@@ -269,7 +271,7 @@ def test_stamps_are_of_the_wall_and_durations_of_the_engine_and_never_negative()
 
 
 def test_a_full_disk_is_told_once_in_words_and_no_flight_is_lost(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, wording: Wording
 ) -> None:
     left = [2]
     whole = flightlog.append_line
@@ -289,5 +291,5 @@ def test_a_full_disk_is_told_once_in_words_and_no_flight_is_lost(
     assert len(flights(tmp_path)) == 2
     assert flying(tmp_path) == {}
     (line,) = [record for record in caplog.records if record.levelname == "ERROR"]
-    assert line.message.endswith("flights.jsonl: No space left on device")
+    wording(line.message)
     assert line.exc_info is None

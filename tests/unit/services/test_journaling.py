@@ -17,6 +17,7 @@ from formiga_bt.journal.store import Journal, Unwritable
 from formiga_bt.services.kept.journaling import SITE_FILES, JournalAt
 from formiga_bt.services.words import NOT_KEPT
 from tests.copying import copied
+from tests.golden import Wording
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network
@@ -79,15 +80,16 @@ def test_numbers_instants_and_epochs_go_on_at_the_next_start(start: Start, tmp_p
         assert seqs == sorted(set(seqs))
 
 
-def test_one_journal_has_one_engine(start: Start, tmp_path: Path) -> None:
+def test_one_journal_has_one_engine(start: Start, tmp_path: Path, wording: Wording) -> None:
     where = tmp_path / "shared.db"
     with Journal(where, "meadow", durability="normal") as other:
         other.take()
         with (
-            pytest.raises(SiteError, match="another engine writes the journal of the site 'meadow'"),
+            pytest.raises(SiteError) as refused,
             start(journal=JournalAt(str(where), "normal")),
         ):
             pass
+        wording(refused.value)
     with start(journal=JournalAt(str(where), "normal")) as service:
         assert service.host.journaling.text == f"{where} (durability normal)"
 
@@ -110,7 +112,7 @@ def test_a_journal_elsewhere_is_found_by_the_next_start_and_by_who_looks_at_it(s
 
 
 def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
-    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     def full(*_: object) -> None:
         raise Unwritable("no room\n  help: make room")
@@ -123,15 +125,15 @@ def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
         with monkeypatch.context() as patch:
             patch.setattr(journal, "stage", full)
             said = service.post("/v1/lockdown", {"how": "land"})
-            assert said["text"] == f"LOCKDOWN: nothing starts, nothing goes on; no machine is in the air ({NOT_KEPT})"
+            wording(said["text"])
             service.wait(lambda: any("journal_full" in str(line) for line in service.get("/v1/health")["alarms"]))
             status, problem = service.call("POST", "/v1/lockdown", {"how": "release"})
             assert (status, problem["code"]) == (409, "journal_full")
-            assert problem["text"].startswith("the journal cannot be written, so nothing new is begun or allowed")
+            wording(problem["text"])
             said = service.post("/v1/orders", {"order": "hold"})
             assert said["text"].endswith(f"({NOT_KEPT})")
             said = service.post("/v1/inbox/Q1/answer", {"option": "yes_it_is"})
-            assert said["text"] == f"Q1 is answered: yes_it_is by watcher_1 ({NOT_KEPT})"
+            wording(said["text"])
         service.wait(lambda: service.call("POST", "/v1/lockdown", {"how": "release"})[0] == 200)
         assert "not kept" not in service.post("/v1/orders", {"order": "hold"})["text"]
     with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
@@ -140,7 +142,7 @@ def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
 
 @pytest.mark.parametrize("journal", [None, NORMAL])
 def test_a_runtime_folder_that_cannot_be_written_ends_nothing(
-    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, journal: JournalAt | None
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, journal: JournalAt | None, wording: Wording
 ) -> None:
     def full(file: Path, *_: object) -> None:
         raise SiteError(f"cannot write {file}: No space left on device")
@@ -154,10 +156,7 @@ def test_a_runtime_folder_that_cannot_be_written_ends_nothing(
             assert problem["code"] == "journal_full"
             service.wait(lambda: service.get("/v1/health")["alarms"])
             (alarm,) = [line["text"] for line in service.get("/v1/health")["alarms"]]
-            assert alarm == (
-                "nothing can be kept, no new task is admitted; what flies goes on: "
-                f"cannot write {folder.path / 'marks.json'}: No space left on device (journal_full)"
-            )
+            wording(alarm)
             assert service.post("/v1/orders", {"order": "hold"})["text"].endswith(f"({NOT_KEPT})")
         service.wait(lambda: service.host.driver.engine.state.counters.get("journal") == 0)
         assert service.submit("Hello").startswith("Hello-")
@@ -217,12 +216,14 @@ def test_an_address_in_the_site_folder_has_no_password(tmp_path: Path) -> None:
     assert Database(tmp_path / "disk" / ".." / "site.db").address == str(tmp_path / "site.db")
 
 
-def test_a_journal_that_is_none_ends_the_start_and_gives_the_site_back(start: Start, tmp_path: Path) -> None:
+def test_a_journal_that_is_none_ends_the_start_and_gives_the_site_back(
+    start: Start, tmp_path: Path, wording: Wording
+) -> None:
     where = tmp_path / "notes.txt"
     where.write_text("buy milk")
     with pytest.raises(JournalError, match="is no journal"), start(journal=JournalAt(str(where))):
         pass
     assert where.read_text() == "buy milk"
     with start() as service:
-        assert service.host.journaling.text == "none: what happens is not kept (--no-journal)"
+        wording(service.host.journaling.text)
     assert not file_of(tmp_path).exists()

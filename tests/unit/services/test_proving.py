@@ -17,6 +17,7 @@ from formiga_bt.lang.model import Site
 from formiga_bt.services.http.proving import AT_ONCE, MOST_WAITING, MOST_WRONG, Proofs, people_of
 from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.services.refused import Refused
+from tests.golden import Wording
 from tests.unit.services.conftest import Service, Start, cheap, make_real, secret_of
 from tests.unit.services.test_crew import body
 
@@ -190,14 +191,16 @@ def test_nobody_approves_or_goes_on_duty_without_a_secret_of_their_own(real: Sta
 
 
 @pytest.mark.network
-def test_a_secret_that_is_set_or_lost_while_the_engine_runs_counts_at_once(real: Start, tmp_path: Path) -> None:
+def test_a_secret_that_is_set_or_lost_while_the_engine_runs_counts_at_once(
+    real: Start, tmp_path: Path, wording: Wording
+) -> None:
     folder = tmp_path / ".formiga/meadow"
     kept = (folder / SECRETS).read_text()
     with real() as service:
         (folder / SECRETS).unlink()
         status, said = approve(service)
         assert (status, said["code"]) == (403, "secret_missing")
-        assert "formiga access secret ann" in said["help"]
+        wording(said["help"])
         write_durably(folder / SECRETS, kept)
         assert approve(service)[0] == 200
         write_secret(folder, "ann", cheap("another one of hers"))
@@ -214,7 +217,7 @@ def test_a_secret_that_is_set_or_lost_while_the_engine_runs_counts_at_once(real:
     write_durably(folder / SECRETS, kept[:-20])
     with real() as service:
         assert refusal(approve(service)) == (403, "secret_missing")
-        assert "secrets.json cannot be understood; it was set aside in" in service.host.set_aside[0]
+        wording(service.host.set_aside[0])
 
 
 @pytest.mark.network

@@ -28,6 +28,7 @@ from formiga_bt.show.replay.machine import TimeMachine
 from formiga_bt.show.replay.source import JournalSource
 from formiga_bt.show.replay.story import tale
 from tests.copying import copied
+from tests.golden import Wording, timeless
 from tests.unit.services.conftest import TREES, Service
 from tests.unit.services.wire import Wire
 
@@ -118,14 +119,16 @@ def settled(service: Service) -> None:
 
 
 class TestOpen:
-    def test_a_question_stays_open_and_ids_go_on(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+    def test_a_question_stays_open_and_ids_go_on(
+        self, up: Up, kill: Callable[[str, str], Path], wording: Wording
+    ) -> None:
         with up("one") as first:
             mine = first.submit("Ask")
             first.wait(lambda: open_questions(first))
             kill("one", "two")
         with up("two") as second:
             assert second.host.resumed[0].startswith("resumed after ")
-            assert second.host.resumed[0].endswith(f"s: {mine}; what became of their goals is asked now")
+            wording(timeless(second.host.resumed[0]))
             settled(second)
             second.wait(lambda: open_questions(second))
             assert open_questions(second) == [("Q1", mine)]
@@ -197,13 +200,15 @@ class TestOpen:
 
 
 class TestHeld:
-    def test_after_a_long_outage_tasks_wait_for_a_word(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+    def test_after_a_long_outage_tasks_wait_for_a_word(
+        self, up: Up, kill: Callable[[str, str], Path], wording: Wording
+    ) -> None:
         with up("one") as first:
             mine = first.submit("Stay")
             first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
             kill("one", "two")
         with up("two", site="resume_hold_after: 0 s\n") as second:
-            assert second.host.resumed[1] == f"they wait for a person, for the outage was long; see formiga why {mine}"
+            wording(second.host.resumed[1])
             settled(second)
             second.wait(lambda: second.task(mine)["held"])
             assert "held.resume" in second.codes(mine)
@@ -258,7 +263,9 @@ class TestVersions:
             assert state.tasks[mine].request.bundle != state.tasks[other].request.bundle
             assert [one.n for one in state.library["Stay"]] == [1, 2]
 
-    def test_files_that_were_not_kept_send_it_home(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+    def test_files_that_were_not_kept_send_it_home(
+        self, up: Up, kill: Callable[[str, str], Path], wording: Wording
+    ) -> None:
         with up("one") as first:
             mine = first.submit("Stay")
             first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
@@ -268,9 +275,7 @@ class TestVersions:
             journal.keep_bundle("Stay", row.bundle, "elsewhere.yaml", {"lost.yaml": "-"})
             kill("one", "two")
         with up("two", {"stay.yaml": self.CHANGED}) as second:
-            assert second.host.resumed[1] == (
-                f"{mine} is not resumed: the journal has not the text of elsewhere.yaml; its machines come home"
-            )
+            wording(second.host.resumed[1])
             ended = second.ends(mine)
             assert (ended["status"], ended["code"]) == ("FAILED", "upgrade")
 
@@ -293,22 +298,20 @@ class TestSite:
             settled(second)
             assert second.host.driver.engine.state.agents["lwd_1"].home == "p2"
 
-    def test_a_catalogue_without_what_works_is_refused(self) -> None:
+    def test_a_catalogue_without_what_works_is_refused(self, wording: Wording) -> None:
         state = EngineState(agents={"hwd_1": AgentRecord(id="hwd_1", type="hwd", task="PickUp-1")})
         with pytest.raises(SiteError) as said:
             _check_catalogue(state, Catalogue())
-        assert str(said.value) == (
-            "the catalogue has no type hwd any more, and hwd_1 works for PickUp-1\n"
-            "  help: start once more with the old catalogue (--actions FILE) until that has ended, or was aborted"
-        )
+        wording(str(said.value))
         state = EngineState(goals={"g": GoalRecord(id="g", agent="hwd_1", action="Dance", task="PickUp-1")})
-        with pytest.raises(SiteError, match="no action Dance any more, and hwd_1 does it for PickUp-1"):
+        with pytest.raises(SiteError) as refused:
             _check_catalogue(state, Catalogue())
+        wording(refused.value)
 
 
 class TestBlame:
     def test_a_tree_that_cannot_be_rebuilt_stops_nothing_else(
-        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch
+        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch, wording: Wording
     ) -> None:
         with up("one") as first:
             mine, other = first.submit("Stay"), first.submit("Stay")
@@ -324,11 +327,12 @@ class TestBlame:
         monkeypatch.setattr(resume, "_restore", breaks)
         with up("two") as second:
             ended = second.ends(mine)
-            assert (ended["code"], ended["reason"]) == ("upgrade", "its tree cannot be rebuilt: KeyError: 'steps[0]'")
+            assert ended["code"] == "upgrade"
+            wording(ended["reason"])
             assert second.task(other)["status"] == "ACTIVE"
 
     def test_a_task_that_stops_the_engine_twice_is_not_resumed_a_third_time(
-        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch
+        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch, wording: Wording
     ) -> None:
         with up("one") as first:
             mine, other = first.submit("Stay"), first.submit("Stay")
@@ -348,7 +352,7 @@ class TestBlame:
                 self.run(up("two"))
             assert json.loads((folder / RESUMING).read_text())["tries"] == {mine: tries}
         with up("two") as third:
-            assert third.host.resumed[-1] == f"{mine} stopped the engine 2 times; its machines come home"
+            wording(third.host.resumed[-1])
             assert third.ends(mine)["code"] == "exception"
             assert third.task(other)["status"] == "ACTIVE"
             third.wait(lambda: not (folder / RESUMING).exists())

@@ -21,6 +21,7 @@ from formiga_bt.client import ApiError, Client, NoEngine, connect
 from formiga_bt.engine.kernel.changes import TaskPut
 from formiga_bt.engine.kernel.records import TaskTimes
 from formiga_bt.show.why.text import in_words
+from tests.golden import Wording, timeless
 from tests.unit.services.conftest import Service, starter
 from tests.unit.services.fakes import task
 from tests.unit.services.test_view import step
@@ -121,14 +122,13 @@ def test_the_page_says_what_the_site_does(remote: Client) -> None:
 
 # -- the command -------------------------------------------------------------------------------------------------------
 def test_why_by_an_address_is_the_text_that_the_facts_make(
-    service: Service, remote: Client, capsys: pytest.CaptureFixture[str]
+    service: Service, remote: Client, capsys: pytest.CaptureFixture[str], wording: Wording
 ) -> None:
     why.command("Ask-1", url=service.url)
 
     said = capsys.readouterr()
     assert said.out.splitlines()[0] == "Ask-1 ACTIVE"
-    assert said.out.startswith("Ask-1 ACTIVE\n  Q1 waits for an answer of watcher_1 since ")
-    assert "-> formiga answer Q1 yes_it_is|no_not_yet\n" in said.out
+    wording(timeless(said.out))
     assert said.err == ""  # it is said once
     assert in_words(*remote.why("Ask-1")).splitlines()[0] == "Ask-1 ACTIVE"
 
@@ -186,9 +186,10 @@ def test_openapi_has_the_shapes_of_the_facts(service: Service) -> None:
     assert answer == {"$ref": "#/components/schemas/Now"}
 
 
-def test_nobody_there(remote: Client) -> None:
-    with pytest.raises(NoEngine, match=r"no engine answers at http://127\.0\.0\.1:1: .*refused"):
+def test_nobody_there(remote: Client, wording: Wording) -> None:
+    with pytest.raises(NoEngine) as refused:
         connect_source(url="http://127.0.0.1:1").now()
+    wording(refused.value)
 
 
 @contextmanager
@@ -231,11 +232,12 @@ def test_somebody_else_there(remote: Client, status: int, body: bytes, words: st
 
 
 def test_a_token_that_is_wrong_or_missing_is_never_shown(
-    service: Service, remote: Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    service: Service, remote: Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, wording: Wording
 ) -> None:
     monkeypatch.setenv("FORMIGA_TOKEN", "s3cret")
-    with pytest.raises(ApiError, match="refuses the token that was sent") as refused:
+    with pytest.raises(ApiError) as refused:
         connect_source(url=service.url).now()
+    wording(refused.value)
     assert "s3cret" not in str(refused.value)
     right = service.host.runtime_folder / "token"
     assert connect_source(url=service.url, token_file=right).now().site == "meadow"
@@ -247,8 +249,9 @@ def test_a_token_that_is_wrong_or_missing_is_never_shown(
     with pytest.raises(UnusableFile, match="holds no token") as unusable:
         connect_source(url=service.url, token_file=tmp_path / "token")
     assert "cret" not in str(unusable.value)
-    with pytest.raises(UnusableFile, match="the token cannot be read: No such file"):
+    with pytest.raises(UnusableFile) as refused_2:
         connect_source(url=service.url, token_file=tmp_path / "none")
+    wording(refused_2.value)
 
 
 @pytest.mark.parametrize(
@@ -293,12 +296,14 @@ def test_a_page_of_a_thousand_tasks_holds_the_view_for_a_moment_only(tmp_path: P
     print(f"a page of now over 1000 tasks by HTTP: {took * 1000:.0f} ms")
 
 
-def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(service: Service, remote: Client) -> None:
+def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(
+    service: Service, remote: Client, wording: Wording
+) -> None:
     """The service runs 20 times as fast: its times were read as those of the wall clock."""
     service.wait(lambda: service.get("/v1/health")["ahead_us"] > 6_000_000)
     assert remote.now().ahead_us > 6_000_000
     assert remote.ahead_us > 6_000_000
-    assert "ahead of the wall clock; to end that: formiga up --start-anew" in service.host.clock_text
+    wording(timeless(service.host.clock_text))
 
 
 def test_tasks_are_asked_for_by_a_status_that_there_is(service: Service) -> None:
@@ -308,8 +313,10 @@ def test_tasks_are_asked_for_by_a_status_that_there_is(service: Service) -> None
     assert (refused["status"], refused["code"]) == (422, "bad_status")
 
 
-def test_why_of_nothing_says_that_it_is_neither(remote: Client) -> None:
-    with pytest.raises(TaskError, match="no task 'Xyzzy', and no agent"):
+def test_why_of_nothing_says_that_it_is_neither(remote: Client, wording: Wording) -> None:
+    with pytest.raises(TaskError) as refused:
         remote.why("Xyzzy")
-    with pytest.raises(TaskError, match=r"did you mean Ask-1\?"):
+    wording(refused.value)
+    with pytest.raises(TaskError) as refused:
         remote.why("Ask-11")
+    wording(refused.value)

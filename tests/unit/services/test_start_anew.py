@@ -15,6 +15,7 @@ from formiga_bt.journal.store import Journal
 from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.services.kept.resuming import last_sign
 from tests.copying import copied
+from tests.golden import Wording
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network
@@ -129,7 +130,9 @@ def test_a_whole_journal_is_set_aside_with_the_time_it_had(start: Start, tmp_pat
     assert sorted(one.name for one in folder.glob("aside-*")) == ["aside-1", "aside-2"]
 
 
-def test_of_a_file_with_other_sites_only_the_own_history_is_set_aside(start: Start, tmp_path: Path) -> None:
+def test_of_a_file_with_other_sites_only_the_own_history_is_set_aside(
+    start: Start, tmp_path: Path, wording: Wording
+) -> None:
     where = tmp_path / "shared.db"
     with Journal(where, "hill", durability="normal") as other:
         other.take()
@@ -139,7 +142,7 @@ def test_of_a_file_with_other_sites_only_the_own_history_is_set_aside(start: Sta
     with start(journal=at, start_anew=True) as service:
         assert service.get("/v1/tasks")["tasks"] == []
         assert service.host.epoch == 2
-        assert service.host.journaling.aside[0] == f"{where}, as the site meadow-aside-1"
+        wording(service.host.journaling.aside[0])
     for site, epochs in (("meadow-aside-1", [1]), ("meadow", [2])):
         with Journal(where, site, read_only=True) as journal:
             assert [one.epoch for one in journal.starts()] == epochs

@@ -20,6 +20,7 @@ from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.why import words
 from formiga_bt.show.why.places import StepPlaces, running_leaves
 from formiga_bt.show.why.words import span
+from tests.golden import Wording
 from tests.unit.services.fakes import NOW
 
 ROOT = Path(__file__).parents[3]
@@ -69,7 +70,7 @@ def test_a_step_that_cannot_be_folded_does_not_end_the_view(caplog: object) -> N
     view.stop()
 
 
-def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFixture) -> None:
+def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFixture, wording: Wording) -> None:
     view = EngineView(1)
     view.feed.add = None  # type: ignore[assignment,method-assign]
     view.start()
@@ -77,21 +78,19 @@ def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFix
     view.catch_up()
     with view.reading() as state:
         assert list(state.tasks) == ["T-1", "T-2"]
-    assert "TaskPut could not be told" in caplog.text
+    wording(record.message for record in caplog.records)
     view.stop()
 
 
-def test_lockdown_is_folded_and_told() -> None:
+def test_lockdown_is_folded_and_told(wording: Wording) -> None:
     view = EngineView(1)
     view.start()
     view.feed_step(step(1, LockdownPut(Lockdown("return", "eve", 0))))
     view.feed_step(step(2, LockdownPut(None)))
     view.catch_up()
 
-    assert [(event.text, event.data["on"]) for event in view.feed.after(0)[0]] == [
-        ("LOCKDOWN (return) by eve since 0 s: nothing starts until formiga lockdown release", True),
-        ("lockdown is released", False),
-    ]
+    assert [event.data["on"] for event in view.feed.after(0)[0]] == [True, False]
+    wording([event.text for event in view.feed.after(0)[0]])
     view.stop()
 
 
@@ -159,7 +158,7 @@ def test_a_section_that_a_step_only_passes_through_is_not_told() -> None:
     assert told == ["T-1 ENDING", "T-1: recover"]
 
 
-def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
+def test_refused_orders_and_restarts_are_told_as_what_they_are(wording: Wording) -> None:
     view = EngineView(1)
     view.start()
     given = Operator("continue", "hwd_1", "eve")
@@ -176,10 +175,7 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
     view.feed_step(step(2, TaskPut(anew)))
     view.catch_up()
 
-    assert [event.text for event in view.feed.after(0)[0]] == [
-        "refused to eve: continue hwd_1: hwd_1 is not held",
-        "T-1 ENDING: a person restarts it; then it begins anew",
-    ]
+    wording([event.text for event in view.feed.after(0)[0]])
     with view.reading():
         shown = task_fact(UrgencyIndex(view.ledger, NOW), anew)
     assert (shown.status, shown.code, shown.reason) == ("ENDING", "restarted", "by eve")

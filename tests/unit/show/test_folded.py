@@ -30,6 +30,7 @@ from formiga_bt.show.facts import ActionFact, Chart, Now, Stats, TaskPicture, Ti
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.source import Source
+from tests.golden import Wording
 from tests.unit.engine.yard import CART, TWO, Yard, yard
 from tests.unit.show.scene import source_of
 
@@ -68,7 +69,7 @@ def due(timer: Timer, at_s: int) -> ch.DeadlineSet:
     return ch.DeadlineSet(timer, Deadline(at_s * SECOND, 1))
 
 
-def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_status_and_age() -> None:
+def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_status_and_age(wording: Wording) -> None:
     board = Board()
     board(
         task(1, "PENDING"),
@@ -87,15 +88,16 @@ def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_statu
     )
 
     now = board.source.now()
-    assert [(one.id, one.needs, one.urgent) for one in now.tasks] == [
-        ("T-5", "Q1", "Q1 lapses"),
-        ("T-6", "Q2", ""),
-        ("T-9", "continue or end it", ""),
-        ("T-4", "", "timeout"),
-        ("T-3", "", "timeout"),
-        ("T-2", "", ""),
-        ("T-1", "", ""),
+    assert [(one.id, one.urgent) for one in now.tasks] == [
+        ("T-5", "Q1 lapses"),
+        ("T-6", ""),
+        ("T-9", ""),
+        ("T-4", "timeout"),
+        ("T-3", "timeout"),
+        ("T-2", ""),
+        ("T-1", ""),
     ]
+    wording([one.needs for one in now.tasks])
     assert now.counts == {"PENDING": 1, "ACTIVE": 6, "SUCCEEDED": 1, "FAILED": 1}
     assert [one.id for one in board.source.now(over=True).tasks][-3:] == ["T-1", "T-8", "T-7"]
 
@@ -184,7 +186,7 @@ def test_tasks_are_found_by_id_agent_code_and_words() -> None:
     assert found("t-") == ["T-1", "T-2", "T-3"]
 
 
-def test_what_a_task_does_is_said_in_few_words() -> None:
+def test_what_a_task_does_is_said_in_few_words(wording: Wording) -> None:
     board = Board()
     flight = GoalRecord(
         id="T-1/1/steps/steps[0]",
@@ -201,11 +203,11 @@ def test_what_a_task_does_is_said_in_few_words() -> None:
         ch.AgentPut(AgentRecord(id="c1", type="cart", control="engine")),
     )
     (one,) = board.source.now().tasks
-    assert one.doing == "held: a pilot, or its own failsafe, has taken c1 over; c1 Move on its way 40 %"
+    wording(one.doing)
     assert one.needs == "hand c1 back"
     board(task(1, hold=TaskHold(causes=("clearance:c1",))), question(4, 1, None), ch.GoalDrop(flight.id))
     (one,) = board.source.now().tasks
-    assert one.doing == "Q4 asks eve, bob, 1 s"
+    wording(one.doing)
     (asked,) = board.source.now().questions
     assert (asked.number, asked.here, asked.options) == ("Q4", ("eve",), ("yes", "no"))
 
@@ -224,7 +226,7 @@ def test_a_machine_that_waits_for_people_to_stand_clear_gives_up_when_its_own_pa
     assert board.source.task("T-1").questions[0].lapses_at == 45 * SECOND
 
 
-def test_the_top_line_says_what_a_person_must_see_first() -> None:
+def test_the_top_line_says_what_a_person_must_see_first(wording: Wording) -> None:
     board = Board()
     airborne = AgentRecord(id="c1", type="cart", landed="airborne", liveness="ALIVE", control="pilot", taken=True)
     board(
@@ -241,7 +243,7 @@ def test_the_top_line_says_what_a_person_must_see_first() -> None:
     top = board.source.now().top
     assert (top.airborne, top.needs_you, top.longest_wait_us, top.alarms, top.held) == (1, 1, 30 * SECOND, 2, 1)
     assert top.taken == (("PILOT", "c1"),)
-    assert top.lockdown.startswith("LOCKDOWN (hold) by eve since 30 s")
+    wording(top.lockdown)
     board.seq = 700
     board()
     assert board.source.now().top.alarms == 1  # the lost machine still is
@@ -258,18 +260,15 @@ def flown() -> tuple[FoldedSource, str]:
     return source, one
 
 
-def test_a_flown_task_in_time(flown: tuple[FoldedSource, str]) -> None:
+def test_a_flown_task_in_time(flown: tuple[FoldedSource, str], wording: Wording) -> None:
     source, one = flown
     timeline = source.timeline([one])
 
     hwd = [row for row in timeline.actions if row.action != "Confirm"]
     assert [row.action for row in hwd] == ["TakeOff", *["GoTo"] * 3, "LandIn", "TakeOff", *["GoTo"] * 2, "LandIn"]
     assert {row.path for row in timeline.actions if row.code == "loaded"} == {"steps/steps[2]"}
-    assert [(wait.kind, wait.text) for wait in timeline.waits] == [
-        ("question", "Q1 hwd_2 is about to land here: do people stand 15 m clear? clear"),
-        ("gate", "waits for a person to say that people stand 15 m clear"),
-        ("question", "Q2 Are the buckets loaded, and do you stand 15 m away? loaded"),
-    ]
+    assert [wait.kind for wait in timeline.waits] == ["question", "gate", "question"]
+    wording([wait.text for wait in timeline.waits])
     assert all(isinstance(row, ActionFact) and row.end is not None and row.end >= row.start for row in timeline.actions)
 
 
@@ -345,11 +344,14 @@ def test_all_of_it_travels_as_json(flown: tuple[FoldedSource, str]) -> None:
         assert msgspec.json.decode(msgspec.json.encode(fact), type=kind) == fact
 
 
-def test_an_id_that_is_not_there_is_told_with_those_that_look_alike(flown: tuple[FoldedSource, str]) -> None:
+def test_an_id_that_is_not_there_is_told_with_those_that_look_alike(
+    flown: tuple[FoldedSource, str], wording: Wording
+) -> None:
     source, _ = flown
     for ask in (source.task, lambda one: source.timeline([one]), lambda one: source.chart([one]), source.why):
-        with pytest.raises(TaskError, match="did you mean PickUp-1") as raised:
+        with pytest.raises(TaskError) as raised:
             ask("PickUp-11")
+        wording(raised.value)
         assert raised.value.code == "unknown_task"
 
 
@@ -366,10 +368,11 @@ def test_a_silence_of_wall_time_ends_sooner_on_a_fast_clock() -> None:
     assert board.source.now().tasks[0].urgent_at == (1 + 27 * 20) * SECOND
 
 
-def test_an_agent_where_a_task_is_wanted_is_told_as_one(flown: tuple[FoldedSource, str]) -> None:
+def test_an_agent_where_a_task_is_wanted_is_told_as_one(flown: tuple[FoldedSource, str], wording: Wording) -> None:
     source, _ = flown
-    with pytest.raises(TaskError, match="'hwd_1' is an agent, and a task is wanted"):
+    with pytest.raises(TaskError) as refused:
         source.chart(["hwd_1"])
+    wording(refused.value)
 
 
 def test_failures_and_what_was_taken_back_are_counted_apart() -> None:
@@ -406,7 +409,7 @@ def test_a_person_who_is_asked_sees_what_lapses_and_when() -> None:
     assert 105 * SECOND < one.urgent_at - source.now().at < 112 * SECOND
 
 
-def test_an_order_on_a_machine_is_told_in_words() -> None:
+def test_an_order_on_a_machine_is_told_in_words(wording: Wording) -> None:
     bench = Yard(CART + "steps: [{do: cart.Rise}, {wait: 1 h}, {do: cart.Home}]")
     source, one = source_of(bench), bench.start()
     bench.cart.succeed()
@@ -415,8 +418,9 @@ def test_an_order_on_a_machine_is_told_in_words() -> None:
     bench.run_for(1)
 
     now = source.now()
-    assert now.agents[0].order.startswith("HOLD by ann since 1 s: hovers")
+    wording(now.agents[0].order)
     (shown,) = now.tasks
-    assert (shown.id, shown.needs, shown.urgent) == (one, "continue or end it", "c1 returns by itself")
+    assert shown.id == one
+    wording(shown.needs, shown.urgent)
     (note,) = (step.note for step in source.task(one).steps if step.path == "steps/steps[1]")
     assert note.endswith("left, stands still")

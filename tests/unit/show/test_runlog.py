@@ -18,6 +18,7 @@ from formiga_bt.engine.kernel.records import (
 )
 from formiga_bt.nodes.run import TaskOutcome
 from formiga_bt.show.history.runlog import LogLine, RunLog
+from tests.golden import Wording
 
 
 class Feeder:
@@ -71,7 +72,7 @@ def test_a_question_taken_back_is_withdrawn(feed: Feeder) -> None:
     assert [(row.end, row.state) for row in feed.log.actions] == [(2 * SECOND, "withdrawn")]
 
 
-def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder) -> None:
+def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder, wording: Wording) -> None:
     feed(task("PENDING"), effects=(PublishState("T-1", "PENDING"),))
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     feed(task("ACTIVE", outcome=TaskOutcome(reason="of no interest")))
@@ -79,18 +80,11 @@ def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder) -> No
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     last = (NotifyPeople("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
     feed(task("FAILED", outcome=TaskOutcome(code="timeout", reason="too slow")), effects=last)
-    assert [line.text for line in feed.log.lines] == [
-        "T-1 PENDING",
-        "T-1 ACTIVE",
-        "T-1 HELD (clearance:hwd_1, operator)",
-        "T-1 goes on",
-        "to a: home",
-        "T-1 FAILED: timeout too slow",
-    ]
+    wording([line.text for line in feed.log.lines])
     assert feed.log.since_start(feed.log.lines[-1].at) == 5.0
 
 
-def test_a_question_is_told_with_its_options_and_then_its_answer(feed: Feeder) -> None:
+def test_a_question_is_told_with_its_options_and_then_its_answer(feed: Feeder, wording: Wording) -> None:
     open_ = Question(
         id="q", number="Q1", task="T-1", priority="medium", kind="ask", text="Ready?", options=("yes", "no"),
         tiers=(("ann", "bob"),),
@@ -99,7 +93,7 @@ def test_a_question_is_told_with_its_options_and_then_its_answer(feed: Feeder) -
     feed(ch.QuestionPut(replace(open_, reply={"answer": "no", "by": "bob", "at": 1})))
     feed(ch.QuestionDrop("q"))
 
-    assert [line.text for line in feed.log.lines] == ["Q1 to ann, bob: Ready? (yes, no)", "Q1 is answered: no by bob"]
+    wording([line.text for line in feed.log.lines])
 
 
 def test_notices_and_alarms_are_lines(feed: Feeder) -> None:

@@ -22,6 +22,7 @@ from formiga_bt.transport.codec import (
     decode,
 )
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest, PreflightCheck
+from tests.golden import Wording
 
 
 def status(**fields: object) -> AgentStatus:
@@ -52,10 +53,11 @@ def test_a_good_one_passes() -> None:
 
 
 @pytest.mark.parametrize("silence_s", [0.0, -1.0, math.inf, math.nan])
-def test_a_silence_that_cannot_be_kept_is_refused(silence_s: float) -> None:
+def test_a_silence_that_cannot_be_kept_is_refused(silence_s: float, wording: Wording) -> None:
     request = GoalRequest(goal_id="g", agent="a", action="Go", link_silence_s=silence_s)
-    with pytest.raises(WireError, match=r"a goal with link_silence_s .*: seconds above 0, or null"):
+    with pytest.raises(WireError) as refused:
         check_request(request)
+    wording(refused.value)
 
 
 NO_FIX = sys.float_info.max
@@ -81,11 +83,12 @@ def test_a_status_with_numbers_out_of_bounds_is_refused(fields: dict[str, object
 
 
 @pytest.mark.parametrize("field", ["boot_id", "seq", "stamp"])
-def test_a_status_that_cannot_be_told_from_old_news_is_refused(field: str) -> None:
+def test_a_status_that_cannot_be_told_from_old_news_is_refused(field: str, wording: Wording) -> None:
     raw = {"id": "a", "type": "lwd", "boot_id": "b", "seq": 1, "stamp": 1}
     del raw[field]
-    with pytest.raises(WireError, match=f"AgentStatus: Object missing required field `{field}`"):
+    with pytest.raises(WireError) as refused:
         decode(json.dumps(raw).encode(), AgentStatus)
+    wording(refused.value)
 
 
 def test_the_largest_numbers_pass() -> None:
@@ -111,18 +114,22 @@ def test_an_event_with_numbers_out_of_bounds_is_refused(rest: bytes, says: str) 
         check_event("a", event)
 
 
-def test_a_goal_id_that_is_too_long_is_refused() -> None:
+def test_a_goal_id_that_is_too_long_is_refused(wording: Wording) -> None:
     longest = GoalEvent(goal_id="9" * ID_LIMIT, agent="a", state="unknown")
     assert check_event("a", longest) is longest
-    with pytest.raises(WireError, match="a goal id of 4098 bytes; the most is 4096"):
+    with pytest.raises(WireError) as refused:
         check_event("a", GoalEvent(goal_id="\u0663" * 2049, agent="a", state="unknown"))
+    wording(refused.value)
 
 
-def test_an_agents_own_event_and_its_card_have_bounds_too() -> None:
+def test_an_agents_own_event_and_its_card_have_bounds_too(wording: Wording) -> None:
     good = {"agent": "a", "event": "sos", "boot_id": "b", "n": 1}
-    with pytest.raises(WireError, match=r"an event with a whole number beyond 2\*\*61"):
+    with pytest.raises(WireError) as refused:
         check_agent_event("a", AgentEvent(**{**good, "stamp": 10**26}))
-    with pytest.raises(WireError, match=r"an event whose fields hold a whole number beyond 2\*\*61"):
+    wording(refused.value)
+    with pytest.raises(WireError) as refused:
         check_agent_event("a", AgentEvent(**good, fields={"at": [{"x": 10**26}]}))
-    with pytest.raises(WireError, match=r"a card with a limit beyond 1e\+07"):
+    wording(refused.value)
+    with pytest.raises(WireError) as refused:
         check_card("a", AgentCard(id="a", type="lwd", boot_id="b", actions=(), limits={"speed_m_s": 1e300}))
+    wording(refused.value)

@@ -17,6 +17,7 @@ from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal
 from formiga_bt.engine.kernel.timers import LiveDue, NodeDue, OrderDue, TurnDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentGone, AgentSeen, StatusArrived
+from tests.golden import Wording
 from tests.unit.engine.drivers.conftest import FakeTransport, WatchedEngine, card, status
 
 MOVE = inp.Submit("MoveTask", {"robot": AgentRef("lwd_1")})
@@ -43,9 +44,10 @@ def until(is_met: Callable[[], object]) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 20.1, float("nan")])
-def test_a_speed_at_which_people_could_not_follow_is_refused(engine: Engine, speed: float) -> None:
-    with pytest.raises(ValueError, match="above 0 and at most 20"):
+def test_a_speed_at_which_people_could_not_follow_is_refused(engine: Engine, speed: float, wording: Wording) -> None:
+    with pytest.raises(ValueError, match="speed") as refused:
         RealtimeDriver(engine, [], speed=speed)
+    wording(refused.value)
 
 
 def test_the_first_input_is_the_epoch_and_the_clock_beats_with_it(engine: WatchedEngine, wire: FakeTransport) -> None:
@@ -65,7 +67,9 @@ def test_engine_time_goes_at_its_speed_and_never_back(driver: RealtimeDriver) ->
     assert 0.5 < passed / wall_passed / 20.0 < 1.5
 
 
-def test_a_change_of_speed_makes_no_jump_and_is_told_at_once(engine: WatchedEngine, wire: FakeTransport) -> None:
+def test_a_change_of_speed_makes_no_jump_and_is_told_at_once(
+    engine: WatchedEngine, wire: FakeTransport, wording: Wording
+) -> None:
     """Formats 2: the clock is published at each change; engine time never goes back or leaps."""
     driver = RealtimeDriver(engine, [wire], speed=20.0)
     driver.start()
@@ -78,8 +82,9 @@ def test_a_change_of_speed_makes_no_jump_and_is_told_at_once(engine: WatchedEngi
 
     assert before <= after < before + 20 * 1_000_000
     assert wire.beats[-1].engine_us >= after
-    with pytest.raises(ValueError, match="above 0 and at most 20"):
+    with pytest.raises(ValueError, match="speed") as refused:
         driver.set_speed(21.0)
+    wording(refused.value)
 
 
 def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> None:
@@ -87,11 +92,12 @@ def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> N
     assert RealtimeDriver(engine, []).now() >= engine.state.now
 
 
-def test_an_order_is_answered_or_refused_by_its_code(driver: RealtimeDriver) -> None:
+def test_an_order_is_answered_or_refused_by_its_code(driver: RealtimeDriver, wording: Wording) -> None:
     driver.start()
     assert driver.ask(MOVE) == Accepted("MoveTask-1")
-    with pytest.raises(TaskError, match="there is no task 'Nope'") as refused:
+    with pytest.raises(TaskError) as refused:
         driver.ask(inp.Submit("Nope", {}))
+    wording(refused.value)
     assert refused.value.code == "unknown_task"
     assert driver.ask(inp.Abort("MoveTask-1")) == Done()
 
@@ -208,7 +214,7 @@ def test_a_wire_that_fails_to_send_leaves_the_outcome_unknown(wire: FakeTranspor
 
 
 def test_a_bug_in_the_engine_stops_the_driver_and_whoever_waits_is_told(
-    engine: WatchedEngine, driver: RealtimeDriver, caplog: pytest.LogCaptureFixture
+    engine: WatchedEngine, driver: RealtimeDriver, caplog: pytest.LogCaptureFixture, wording: Wording
 ) -> None:
     driver.start()
     entered, go = threading.Event(), threading.Event()
@@ -225,8 +231,9 @@ def test_a_bug_in_the_engine_stops_the_driver_and_whoever_waits_is_told(
     behind = driver.post(MOVE)  # waits in the inbox when it happens
     go.set()
     for future in (culprit, behind):
-        with pytest.raises(EngineStopped, match=r"stopped by a bug: AssertionError\('a bug'\)"):
+        with pytest.raises(EngineStopped) as refused:
             future.result(5.0)
+        wording(refused.value)
     with pytest.raises(EngineStopped, match="by a bug"):
         driver.ask(MOVE)
     assert isinstance(driver.error, AssertionError)
@@ -234,7 +241,7 @@ def test_a_bug_in_the_engine_stops_the_driver_and_whoever_waits_is_told(
 
 
 def test_stop_is_quick_refuses_who_waits_and_may_come_twice(
-    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver, wording: Wording
 ) -> None:
     driver.start()
     entered, go = threading.Event(), threading.Event()
@@ -252,8 +259,9 @@ def test_stop_is_quick_refuses_who_waits_and_may_come_twice(
     assert isinstance(refusal, Refusal)
     assert refusal.code == "unknown_task"  # under way: it is ended
     for late in (second, driver.post(MOVE)):
-        with pytest.raises(EngineStopped, match="the engine is stopped"):
+        with pytest.raises(EngineStopped) as refused:
             late.result(0)
+        wording(refused.value)
     assert not wire.is_open
     assert driver.error is None
 
@@ -265,24 +273,30 @@ def test_a_driver_that_was_never_started_refuses_when_stopped(driver: RealtimeDr
         waiting.result(0)
 
 
-def test_an_order_that_is_not_taken_in_time_is_withdrawn(engine: WatchedEngine, driver: RealtimeDriver) -> None:
+def test_an_order_that_is_not_taken_in_time_is_withdrawn(
+    engine: WatchedEngine, driver: RealtimeDriver, wording: Wording
+) -> None:
     go = threading.Event()
     engine.before = lambda given: go.wait(5.0) and None if isinstance(given, inp.Started) else None
     driver.start()
-    with pytest.raises(TaskError, match="did not take the order") as late:
+    with pytest.raises(TaskError) as late:
         driver.ask(MOVE, timeout_s=0.02)
+    wording(late.value)
     assert late.value.code == "no_reply"
     go.set()
     assert driver.ask(MOVE) == Accepted("MoveTask-1")  # the first was never carried out
     assert len(engine.seen(inp.Submit)) == 1
 
 
-def test_a_wire_that_cannot_be_opened_closes_those_opened_before(engine: WatchedEngine, wire: FakeTransport) -> None:
+def test_a_wire_that_cannot_be_opened_closes_those_opened_before(
+    engine: WatchedEngine, wire: FakeTransport, wording: Wording
+) -> None:
     bad = FakeTransport()
     bad.fails = [TransportError("the port is taken")]
     driver = RealtimeDriver(engine, [wire, bad])
-    with pytest.raises(TransportError, match="the port is taken"):
+    with pytest.raises(TransportError) as refused:
         driver.start()
+    wording(refused.value)
     assert (wire.opens, wire.is_open) == (1, False)
     driver.stop()
 
@@ -334,12 +348,13 @@ def test_the_inbox_has_its_turn_after_each_part_of_those_that_one_status_woke(
 
 
 def test_who_sends_more_requests_than_can_wait_is_told_busy(
-    monkeypatch: pytest.MonkeyPatch, driver: RealtimeDriver
+    monkeypatch: pytest.MonkeyPatch, driver: RealtimeDriver, wording: Wording
 ) -> None:
     monkeypatch.setattr("formiga_bt.engine.drivers.inbox.MOST_REQUESTS", 2)
     waiting = [driver.post(MOVE), driver.post(MOVE)]
-    with pytest.raises(TaskError, match="requests wait already; try again later") as refused:
+    with pytest.raises(TaskError) as refused:
         driver.ask(MOVE)
+    wording(refused.value)
     assert refused.value.code == "busy"
     assert driver.statistics().inbox.waiting == {"requests": 2}
     assert not any(one.done() for one in waiting)

@@ -8,6 +8,7 @@ import pytest
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.base.packaged import folder
 from formiga_bt.llm.mcp.ground import ServedSite, ServerFiles, ground_of
+from tests.golden import Wording
 
 HEAD = "formiga: 1\ntask: X\n"
 OWN = "formiga: 1\nsubtrees:\n  Own:\n    steps:\n      - wait: 1 s\n"
@@ -45,44 +46,45 @@ def test_libraries_and_files_of_the_site_can_be_imported(site: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["../../secret.yaml", "../../nothing.yaml", "/etc/passwd", "lib/../../../secret.yaml"])
-def test_an_import_that_leads_out_is_refused_whether_it_exists_or_not(site: Path, path: str) -> None:
-    assert messages(ground(site), f"[{path}]") == ["E008 this import leads out of the site's folder"]
-    assert messages(ground(site), path) == ["E008 this import leads out of the site's folder"]
+def test_an_import_that_leads_out_is_refused_whether_it_exists_or_not(site: Path, path: str, wording: Wording) -> None:
+    wording(messages(ground(site), f"[{path}]"), messages(ground(site), path))
 
 
-def test_a_link_that_leads_out_is_not_followed(site: Path) -> None:
+def test_a_link_that_leads_out_is_not_followed(site: Path, wording: Wording) -> None:
     (site / "trees" / "link.yaml").symlink_to(site.parent / "secret.yaml")
-    assert messages(ground(site), "[link.yaml]") == ["E008 'link.yaml' cannot be read: no such file"]
+    wording(messages(ground(site), "[link.yaml]"))
 
 
-def test_the_runtime_folder_is_never_read(site: Path) -> None:
+def test_the_runtime_folder_is_never_read(site: Path, wording: Wording) -> None:
     (site / "trees" / "link.yaml").symlink_to(site / ".formiga" / "rovaniemi" / "token.yaml")
-    assert messages(ground(site), "[link.yaml]") == ["E008 'link.yaml' cannot be read: no such file"]
+    wording(messages(ground(site), "[link.yaml]"))
     with pytest.raises(OSError, match="no such file"):
         ground(site).read(site / ".formiga" / "rovaniemi" / "token.yaml")
 
 
 @pytest.mark.parametrize("name", ["notes.txt", ".hidden.yaml"])
-def test_only_yaml_that_is_not_hidden_is_read(site: Path, name: str) -> None:
+def test_only_yaml_that_is_not_hidden_is_read(site: Path, name: str, wording: Wording) -> None:
     (site / "trees" / name).write_text(OWN, encoding="utf-8")
-    assert messages(ground(site), f"[{name}]") == [f"E008 '{name}' cannot be read: no such file"]
+    wording(messages(ground(site), f"[{name}]"))
 
 
-def test_tasks_are_found_by_their_names_those_of_the_site_first(site: Path) -> None:
+def test_tasks_are_found_by_their_names_those_of_the_site_first(site: Path, wording: Wording) -> None:
     (site / "trees" / "circle.yaml").write_text(HEAD.replace("X", "Circle") + "steps:\n  - notify: mine\n")
     found = ground(site)
     assert {"Mine", "Circle", "PickUp", "Convoy"} <= set(found.tasks)
     assert found.file_of("Circle") == site / "trees" / "circle.yaml"
-    with pytest.raises(UnusableFile, match="there is no task 'PickUpp'; did you mean 'PickUp'"):
+    with pytest.raises(UnusableFile) as refused:
         found.file_of("PickUpp")
+    wording(refused.value)
 
 
-def test_a_large_file_is_not_read(site: Path) -> None:
+def test_a_large_file_is_not_read(site: Path, wording: Wording) -> None:
     (site / "trees" / "large.yaml").write_text("#" * 1_000_001)
-    assert messages(ground(site), "[large.yaml]") == ["E008 'large.yaml' cannot be read: the file is larger than 1 MB"]
+    wording(messages(ground(site), "[large.yaml]"))
 
 
-def test_a_site_with_errors_is_told_at_the_start(tmp_path: Path) -> None:
+def test_a_site_with_errors_is_told_at_the_start(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "site.yaml").write_text("formiga_site: 1\n")
-    with pytest.raises(UnusableFile, match=r"site\.yaml or the catalogue has errors: E"):
+    with pytest.raises(UnusableFile) as refused:
         ground_of(ServerFiles(str(tmp_path / "site.yaml")))
+    wording(refused.value)

@@ -3,10 +3,11 @@
 from formiga_bt.llm.mcp.outside import BEGIN, END, NOTICE, all_cleaned, cleaned, fenced
 from formiga_bt.llm.mcp.records import ExplainOut
 from formiga_bt.show.facts import Because
+from tests.golden import Wording
 
 
-def test_a_text_has_one_line_and_nothing_that_cannot_be_seen() -> None:
-    assert cleaned("a\nb\x1b[31m\u202ec\u200b") == "a b [31m c "
+def test_a_text_has_one_line_and_nothing_that_cannot_be_seen(wording: Wording) -> None:
+    wording(cleaned("a\nb\x1b[31m\u202ec\u200b"))
     assert cleaned("šö🚁漢") == "šö🚁漢"
 
 

@@ -25,6 +25,7 @@ from formiga_bt.llm.records import Draft, Origin
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.safety.drafted import said_in
 from formiga_bt.services.crew import keep as keep_approval
+from tests.golden import Wording
 
 ROOT = Path(__file__).parents[4]
 
@@ -136,9 +137,9 @@ def test_an_address_that_is_not_listed_is_refused(ground: ServedSite, uri: str) 
         pages.page(uri, ground)
 
 
-def test_the_prompt_quotes_what_the_person_wants(ground: ServedSite) -> None:
+def test_the_prompt_quotes_what_the_person_wants(ground: ServedSite, wording: Wording) -> None:
     told = pages.mission_prompt("Look at the camp.\n2. Skip the check.")
-    assert "> Look at the camp.\n> 2. Skip the check.\n" in told
+    wording(told)
     assert all(f"`{name}`" in told for name in ("language", "list_agents", "check_task", "dry_run", "propose_task"))
 
 
@@ -161,24 +162,16 @@ def test_a_proposal_is_kept_as_a_draft_that_says_who_asked(tmp_path: Path) -> No
     assert (origin["by"], origin["approved_by"], origin["unix_millis"]) == ("mcp:some assistant", "", 77)
 
 
-def test_a_person_is_told_commands_that_hold_no_others(ground: ServedSite, tmp_path: Path) -> None:
+def test_a_person_is_told_commands_that_hold_no_others(ground: ServedSite, tmp_path: Path, wording: Wording) -> None:
     kept = propose(tmp_path / "my drafts", *proposal())
     evil = {"radius": "3 m; rm -rf ~", "$(x)": "1"}
-    assert next_steps(kept, ground, evil, is_there=True) == [
-        "formiga show Circle",
-        "formiga run Circle -p 'radius=3 m; rm -rf ~' -p '$(x)=1'",
-    ]
-    assert next_steps(kept, ground, {}, is_there=False) == [
-        f"formiga show '{kept.folder}/task.yaml'",
-        f"formiga up --site demo --sim --tasks '{kept.folder}/task.yaml'",
-        "formiga run Circle",
-    ]
+    wording(next_steps(kept, ground, evil, is_there=True), next_steps(kept, ground, {}, is_there=False))
 
 
-def test_on_a_real_site_a_task_is_approved_first(ground: ServedSite, tmp_path: Path) -> None:
+def test_on_a_real_site_a_task_is_approved_first(ground: ServedSite, tmp_path: Path, wording: Wording) -> None:
     real = replace(ground, own=tmp_path, site=structs.replace(ground.site, mode="real", people={"approvers": ("eve",)}))
     kept = propose(tmp_path, *proposal())
-    assert next_steps(kept, real, {}, is_there=True)[1] == "formiga approve Circle --by eve"
+    wording(next_steps(kept, real, {}, is_there=True)[1])
     assert next_steps(kept, real, {}, is_there=False)[1:] == [
         f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
         f"formiga load {tmp_path}/circle.yaml",
@@ -187,15 +180,12 @@ def test_on_a_real_site_a_task_is_approved_first(ground: ServedSite, tmp_path: P
     ]
 
 
-def test_elsewhere_the_running_engine_reads_its_file(ground: ServedSite, tmp_path: Path) -> None:
+def test_elsewhere_the_running_engine_reads_its_file(ground: ServedSite, tmp_path: Path, wording: Wording) -> None:
     kept = propose(tmp_path, *proposal())
-    assert next_steps(kept, replace(ground, own=tmp_path), {"radius": "3 m"}, is_there=False)[1:] == [
-        f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
-        f"formiga run {tmp_path}/circle.yaml -p 'radius=3 m'",
-    ]
+    wording(next_steps(kept, replace(ground, own=tmp_path), {"radius": "3 m"}, is_there=False)[1:])
 
 
-def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: ServedSite, tmp_path: Path) -> None:
+def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: ServedSite, tmp_path: Path, wording: Wording) -> None:
     kept = propose(tmp_path / "drafts", *proposal())
     mine = replace(ground, own=tmp_path, tasks={"Circle": tmp_path / "circle.yaml"})
     (tmp_path / "circle.yaml").write_text("formiga: 1\ntask: Circle\n")
@@ -204,9 +194,7 @@ def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: ServedSite, tm
         f"cp -n {kept.folder}/task.yaml {tmp_path}/circle_3.yaml",
         f"formiga run {tmp_path}/circle_3.yaml",
     ]
-    assert doubles(kept, mine) == [
-        f"{tmp_path}/circle.yaml has a task Circle too: who keeps both names one of them otherwise"
-    ]
+    wording(doubles(kept, mine))
 
 
 def test_a_file_with_the_very_text_is_run(ground: ServedSite, tmp_path: Path) -> None:
@@ -245,14 +233,11 @@ def test_the_oldest_proposal_that_nobody_needs_gives_way(tmp_path: Path) -> None
     assert numbers(folder) == [1, 2, 3, 4, *range(6, 54)]
 
 
-def test_if_all_proposals_are_needed_a_person_is_told_what_to_do(tmp_path: Path) -> None:
+def test_if_all_proposals_are_needed_a_person_is_told_what_to_do(tmp_path: Path, wording: Wording) -> None:
     folder = filled(tmp_path / "drafts")
     with pytest.raises(FormigaError) as refused:
         propose(folder, *proposal(), lambda _: True)
-    assert str(refused.value) == (
-        f"50 proposals are kept in {folder}, all approved or running\n"
-        "  help: a person removes what is not wanted: formiga drafts delete N"
-    )
+    wording(str(refused.value))
     assert len(numbers(folder)) == MOST_OPEN + 2
 
 

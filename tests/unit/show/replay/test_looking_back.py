@@ -11,6 +11,7 @@ from formiga_bt.cli.app import run
 from formiga_bt.show.replay.machine import Restart, TimeMachine
 from formiga_bt.show.replay.source import NOT_YET, JournalSource
 from formiga_bt.show.replay.story import tale
+from tests.golden import Wording
 from tests.unit.show.replay.flown import Flown
 
 Captured = pytest.CaptureFixture[str]
@@ -33,23 +34,22 @@ def test_a_moment_after_the_end_is_told_beside_what_is_shown(at: str, asked: str
     assert said.err == ENDS.format(asked)
 
 
-def test_the_end_itself_is_not_after_the_end(here: Path, capsys: Captured) -> None:
+def test_the_end_itself_is_not_after_the_end(here: Path, capsys: Captured, wording: Wording) -> None:
     assert run(["why", "PickUp-1", "--at", "end"]) == 0
-    assert capsys.readouterr().err == "the journal of rovaniemi as of 1970-01-12 13:47:25\n"
+    wording(capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("words", [["show"], ["why"], ["gantt"], ["map"], ["replay", "--task"]])
-def test_a_moment_before_a_task_says_when_it_was_requested(words: list[str], here: Path, capsys: Captured) -> None:
+def test_a_moment_before_a_task_says_when_it_was_requested(
+    words: list[str], here: Path, capsys: Captured, wording: Wording
+) -> None:
     assert run([*words, "PickUp-1", "--at", "start"]) == 1
-    assert capsys.readouterr().err.endswith(
-        "formiga: PickUp-1 was requested at 1970-01-12 13:46:41, after the moment that is looked at: 1970-01-12 13:46:40\n"
-        '  help: --at "PickUp-1 start" is its beginning, --at "PickUp-1 end" its end\n'
-    )
+    wording(capsys.readouterr().err)
 
 
-def test_what_never_was_is_still_unknown(here: Path, blocked: Flown, capsys: Captured) -> None:
+def test_what_never_was_is_still_unknown(here: Path, blocked: Flown, capsys: Captured, wording: Wording) -> None:
     assert run(["show", "PickUp-9", "--at", "end"]) == 1
-    assert "no task that ships, and no task of its journal (near: PickUp-1" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     with blocked.machine() as machine:
         with pytest.raises(TaskError) as never:
             JournalSource(machine, machine.first).task("PickUp-9")
@@ -59,16 +59,12 @@ def test_what_never_was_is_still_unknown(here: Path, blocked: Flown, capsys: Cap
 
 
 def test_without_an_engine_tasks_says_what_shows_the_journal_and_that_lists_them(
-    here: Path, capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    here: Path, capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     assert run(["tasks"]) == 1
-    assert capsys.readouterr().err.endswith(
-        "        an engine of another folder: --site FILE\n"
-        "        its journal is there: formiga replay --text lists the tasks, "
-        "formiga show TASK-ID and formiga why TASK-ID tell of one\n"
-    )
+    wording(capsys.readouterr().err)
     assert run(["replay", "--text"]) == 0
-    assert "PickUp-1  FAILED  hwd_1 picker_1 watcher_1  " in capsys.readouterr().out
+    wording(capsys.readouterr().out)
     monkeypatch.chdir(tmp_path)
     assert run(["tasks"]) == 1
     assert "its journal" not in capsys.readouterr().err

@@ -15,6 +15,7 @@ from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.history.ledger import ALL, Ledger
 from formiga_bt.show.replay.machine import TimeMachine
 from formiga_bt.show.replay.source import KeptTasks
+from tests.golden import Wording
 from tests.unit.show.replay.flown import Flown
 
 TASKS = ("PickUp-1", "PickUp-2")
@@ -94,7 +95,7 @@ def test_of_all_tasks_only_the_newest_are_recalled(good: Flown, monkeypatch: pyt
 
 
 def test_it_waits_while_the_journal_lacks_steps_and_survives_one_that_cannot_be_read(
-    good: Flown, caplog: pytest.LogCaptureFixture
+    good: Flown, caplog: pytest.LogCaptureFixture, wording: Wording
 ) -> None:
     with good.machine() as machine:
         whole, view, _ = whole_and_view(machine, 75, 75)
@@ -113,4 +114,4 @@ def test_it_waits_while_the_journal_lacks_steps_and_survives_one_that_cannot_be_
         here = seen(view.ledger, machine, Recall(view, broken))
         with caplog.at_level(logging.WARNING):
             assert here.task("PickUp-1").task.id == "PickUp-1"
-        assert "what PickUp-1 did before this start cannot be read: it is away" in caplog.text
+        wording(caplog.text)

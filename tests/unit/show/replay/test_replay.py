@@ -12,6 +12,7 @@ from formiga_bt.rehearsal.cases.cases import AnswerRule
 from formiga_bt.rehearsal.cases.judging import Differs
 from formiga_bt.show.replay.cursor import Cursor, is_failure
 from formiga_bt.show.replay.machine import TimeMachine
+from tests.golden import Wording
 from tests.unit.show.replay.flown import Flown, fly
 
 Captured = pytest.CaptureFixture[str]
@@ -84,12 +85,10 @@ def test_stepping_through_one_task_passes_over_others(good: Flown) -> None:
 
 
 # -- as text -----------------------------------------------------------------------------------------------------------
-def test_a_story_in_text(here: Path, capsys: Captured) -> None:
+def test_a_story_in_text(here: Path, capsys: Captured, wording: Wording) -> None:
     assert run(["replay", "--task", "PickUp-1"]) == 0
     told = capsys.readouterr().out
-    assert told.startswith("PickUp-1, requested 1970-01-12 13:46:41 by scenario\n     0.0 s   PickUp-1 PENDING\n")
-    assert "    22.1 s ! hwd_1 GoTo: failed blocked\n" in told
-    assert "first failed: drone.GoTo at trees/lib/flying.yaml:39 with hwd_1" in told
+    wording(told)
 
     assert run(["replay", "--task", "PickUp-1", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -97,11 +96,10 @@ def test_a_story_in_text(here: Path, capsys: Captured) -> None:
     assert any(event["text"] == "hwd_1 GoTo: failed blocked" for event in found["events"])
 
 
-def test_a_moment_in_text(here: Path, capsys: Captured) -> None:
+def test_a_moment_in_text(here: Path, capsys: Captured, wording: Wording) -> None:
     assert run(["replay", "--at", "13:47:00"]) == 0
     told = capsys.readouterr().out.splitlines()
-    assert told[0] == "rovaniemi as of 1970-01-12 13:47:00: 1 ACTIVE"
-    assert told[2] == "PickUp-1  ACTIVE  hwd_1 picker_1 watcher_1  hwd_1 TakeOff climbing"
+    wording(told[0], told[2])
     assert run(["replay", "--at", "13:47:00", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["engine"] == "past"
     assert run(["replay", "--speed", "2"]) == 2
@@ -221,19 +219,16 @@ LINK = """\
 
 
 def test_a_task_that_began_anew_with_another_machine_comes_back_whole(
-    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     """The machine falls silent when it did, not when it was given up; so the second run comes when it did."""
     (tmp_path / "look.yaml").write_text(REBINDS)
     fly(tmp_path, LINK, task=str(tmp_path / "look.yaml"))
     monkeypatch.chdir(tmp_path)
     assert run(["replay", "--task", "Look-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
-    assert capsys.readouterr().err == "written: story.test.yaml\nit passes: formiga test story.test.yaml\n"
+    wording(capsys.readouterr().err)
     written = Path("story.test.yaml").read_text()
-    assert (
-        "- {at: 24.0 s, agent: hwd_1, kind: link_loss, presence: stays, for: 51.0 s}"
-        "  # nothing was heard of it from then on; at 54.0 s it was given up; then it was back\n"
-    ) in written
+    wording(written)
     assert written.count("drone.TakeOff") == 2
 
 
@@ -267,23 +262,17 @@ def test_a_limit_of_the_envelope_that_ended_a_task_is_expected_of_the_case(
 
 
 def test_of_a_task_that_was_preempted_the_run_after_it_is_the_case(
-    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     """The other task is not in it; what was seen of it is told, and busy machines are away."""
     fly(tmp_path, PREEMPTED, later=[(30.0, "high")])
     monkeypatch.chdir(tmp_path)
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
     told = capsys.readouterr().err
-    assert (
-        "note: Run 1 was preempted for another task, which does not come again in a case: "
-        "this is run 2, from its beginning.\n"
-        "note: It waited 130.5 s for its agents; times count from when it got them.\n"
-    ) in told
+    wording(told)
     assert "without" not in told
     written = Path("story.test.yaml").read_text()
-    assert "# It waited 130.5 s for its agents; times count from when it got them.\n" in written
-    assert 'name: "PickUp-1, run 2 on ' in written
-    assert "hwd_2: {absent: true}  # not in this case: no engine had seen it\n" in written
+    wording(written)
     assert written.count("drone.TakeOff") == 2, "run 1 is not in it"
     capsys.readouterr()
     assert run(["test", "story.test.yaml"]) == 0
@@ -298,7 +287,7 @@ PREEMPTED = """\
 
 
 def test_clearances_that_do_not_come_again_are_left_out_if_all_were_given(
-    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     """Another machine, or no question at all: people stand clear as they do by themselves."""
     from formiga_bt.cli.operator import replay_case
@@ -317,11 +306,11 @@ def test_clearances_that_do_not_come_again_are_left_out_if_all_were_given(
 
     monkeypatch.setattr(replay_case, "_play", other_machine)
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
-    assert "(without clearances: in simulation they come otherwise)" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_a_run_that_does_not_come_again_is_left_out(
-    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     """If all runs together do not pass, the last one may; what was left out is told."""
     from formiga_bt.cli.operator import replay_case
@@ -335,15 +324,17 @@ def test_a_run_that_does_not_come_again_is_left_out(
 
     monkeypatch.setattr(replay_case, "_play", whole_fails)
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
-    assert "note: Run 1 was restarted, which does not come again in a case: this is run 2" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     monkeypatch.setattr(replay_case, "_play", lambda *_: [Differs("status", "succeeded", "failed")])
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml", "--force"]) == 1
-    assert "mend it by hand:\n  status: expected succeeded, came failed" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert "order: restart" in Path("story.test.yaml").read_text(), "all of it is there to be mended"
 
 
 @pytest.mark.parametrize("name", ["good", "blocked", "aborted"])
-def test_a_case_says_what_happened(name: str, tmp_path: Path, request: pytest.FixtureRequest, capsys: Captured) -> None:
+def test_a_case_says_what_happened(
+    name: str, tmp_path: Path, request: pytest.FixtureRequest, capsys: Captured, wording: Wording
+) -> None:
     flown: Flown = request.getfixturevalue(name)
     file = tmp_path / "story.test.yaml"
     words = ["replay", "--task", "PickUp-1", "--journal", str(flown.where), "--as-test", str(file)]
@@ -366,13 +357,13 @@ def test_a_case_says_what_happened(name: str, tmp_path: Path, request: pytest.Fi
     }
     for part in wanted[name]:
         assert part in text, text
-    assert "it passes: formiga test" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
     assert run(words) == 2
-    assert "is there already; --force replaces it" in capsys.readouterr().err
+    wording(capsys.readouterr().err)
 
 
 def test_a_case_that_would_not_pass_is_told(
-    tmp_path: Path, blocked: Flown, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, blocked: Flown, capsys: Captured, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     """It is written, and what differs is said."""
     from formiga_bt.rehearsal.cases import judging
@@ -380,10 +371,7 @@ def test_a_case_that_would_not_pass_is_told(
     monkeypatch.setattr(judging, "judge", lambda *_: [judging.Differs("status", "failed", "succeeded")])
     file = tmp_path / "story.test.yaml"
     assert run(["replay", "--task", "PickUp-1", "--journal", str(blocked.where), "--as-test", str(file)]) == 1
-    assert (
-        "the case does not come out as PickUp-1 did; mend it by hand:\n  status: expected failed"
-        in capsys.readouterr().err
-    )
+    wording(capsys.readouterr().err)
     assert file.exists()
 
 

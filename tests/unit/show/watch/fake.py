@@ -202,6 +202,12 @@ class Room:
         return text in " ".join(self.text.split())
 
     @property
+    def said(self) -> str:
+        """What is asked or was said, below the view."""
+        region = self.app.screen.query_one("#reply").region
+        return "\n".join(self.lines[region.y : region.bottom])
+
+    @property
     def sent(self) -> list[str]:
         return [order.words for order in self.actor.sent]
 

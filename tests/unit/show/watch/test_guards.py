@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.show.facts import AgentFact, Now, QuestionFact, Top
 from formiga_bt.show.watch.guards import PATIENCE_S, Gate, cannot_answer, guard_of
 from formiga_bt.show.watch.orders import WatchOrder
+from tests.golden import Wording
 from tests.unit.show.watch.fake import AT, agent, question
 
 
@@ -54,7 +55,7 @@ def test_what_is_asked_first(given: WatchOrder, now: Now, kind: str) -> None:
     assert guard.text == "" if kind == "none" else given.target in guard.text
 
 
-def test_an_answer_leaves_at_once_unless_it_says_that_people_stand_clear() -> None:
+def test_an_answer_leaves_at_once_unless_it_says_that_people_stand_clear(wording: Wording) -> None:
     plain, clears = question(), question("Q8", clears="hwd_1", clears_on=("loaded",))
     clearance = question("Q9", kind="clearance", text="Do people stand clear of hwd_1?", options=("clear", "wait"))
     now = site(questions=(plain, clears, clearance))
@@ -62,43 +63,44 @@ def test_an_answer_leaves_at_once_unless_it_says_that_people_stand_clear() -> No
     assert guard_of(order("answer", "question", "Q8", "not_yet"), now).kind == "none"
     assert guard_of(order("answer", "question", "Q8", "loaded"), now).kind == "yes"
     asked = guard_of(order("answer", "question", "Q9", "clear"), now)
-    assert asked.text == "Q9, asked 0:41 ago: Do people stand clear of hwd_1? Answer 'clear'?"
+    wording(asked.text)
     assert guard_of(order("answer", "question", "Q5", "clear"), now).kind == "yes"
 
 
-def test_several_people_here_who_answers_is_asked_first_then_the_rest() -> None:
+def test_several_people_here_who_answers_is_asked_first_then_the_rest(wording: Wording) -> None:
     both = question(kind="clearance", here=("eve", "bob"), asked=("eve", "bob"))
     gate = Gate()
     assert gate.begin(order("answer", "question", "Q7", "loaded"), site(questions=(both,)), 0.0) is None
-    assert gate.text == "Who answers Q7?  1: eve   2: bob   any other key: nothing is done"
+    wording(gate.text)
     assert gate.press("2", "2", 1.0) is None
     assert "asked 0:41 ago" in gate.text
     sent = gate.press("y", "y", 2.0)
     assert sent is not None
-    assert (sent.words, sent.by) == ("answer Q7 loaded --by bob", "bob")
+    assert sent.by == "bob"
+    wording(sent.words)
 
 
-def test_who_has_an_app_of_their_own_cannot_be_answered_for() -> None:
+def test_who_has_an_app_of_their_own_cannot_be_answered_for(wording: Wording) -> None:
     assert cannot_answer(question()) == ""
-    assert cannot_answer(question(here=())) == "Q7 is answered by eve with their own app, not here"
+    wording(cannot_answer(question(here=())))
 
 
-def test_any_other_key_than_y_does_nothing() -> None:
+def test_any_other_key_than_y_does_nothing(wording: Wording) -> None:
     for key, character in (("n", "n"), ("escape", ""), ("Y", "Y"), ("enter", ""), ("down", "")):
         gate = Gate()
         gate.begin(order("abort", "task", "PickUp-1"), UP, 0.0)
         assert gate.press(key, character, 1.0) is None
         assert not gate.is_open
-        assert gate.said == "abort PickUp-1: nothing was done"
+        wording(gate.said)
         assert gate.press("y", "y", 1.5) is None
 
 
-def test_what_is_asked_lapses() -> None:
+def test_what_is_asked_lapses(wording: Wording) -> None:
     gate = Gate()
     gate.begin(order("land"), UP, 0.0)
     assert not gate.lapse(PATIENCE_S)
     assert gate.press("y", "y", PATIENCE_S + 0.1) is None
-    assert gate.said == "land hwd_1: no second key came; nothing was done"
+    wording(gate.said)
 
 
 def test_lockdown_needs_its_key_twice_within_two_seconds() -> None:
@@ -130,10 +132,10 @@ def test_cut_needs_the_whole_name_and_enter() -> None:
     assert typed("hwd_1", end="escape") is None
 
 
-def test_a_typed_name_can_be_mended() -> None:
+def test_a_typed_name_can_be_mended(wording: Wording) -> None:
     gate = Gate()
     gate.begin(order("cut"), UP, 0.0)
     for key in ("h", "w", "x", "backspace", "d", "_", "1"):
         gate.press(key, key if len(key) == 1 else "", 1.0)
-    assert gate.text.endswith("(Esc: nothing is done): hwd_1")
+    wording(gate.text)
     assert gate.press("enter", "", 1.0) is not None

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from formiga_bt.show.watch.aim import ABORT, FOR_ALL, FOR_MACHINES, ORDERS
 from formiga_bt.show.watch.keys import TABLE, help_lines
+from tests.golden import Wording
 
 PAGE = (Path(__file__).parents[4] / "docs" / "seeing.md").read_text(encoding="utf-8")
 
@@ -19,8 +20,8 @@ def test_the_documentation_tells_of_every_key() -> None:
     assert "`1` ... `9`" in section
 
 
-def test_the_help_has_a_line_for_each_key_and_says_what_is_asked_first() -> None:
+def test_the_help_has_a_line_for_each_key_and_says_what_is_asked_first(wording: Wording) -> None:
     lines = help_lines(False)
-    assert "  x        cut: motors off, in the air it falls   [asks: the machine's id, typed]" in lines
+    wording(lines)
     assert sum(line.startswith("  ") for line in lines) == len(TABLE)
-    assert "Orders, to the chosen row (off: --read-only)" in help_lines(True)
+    wording(help_lines(True))

@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.show.facts import Now, Top
 from formiga_bt.show.watch.needs import needs
 from formiga_bt.show.watch.text import FULL
+from tests.golden import Wording
 from tests.unit.show.watch.fake import AT, agent
 
 
@@ -24,10 +25,10 @@ def test_one_that_was_removed_needs_nobody_until_it_is_heard_of_again(
     assert (needs(now, (), 80, FULL).ids == ["agent:hwd_1"]) is listed
 
 
-def test_one_that_is_there_twice_waits_for_one_of_its_processes_to_end() -> None:
+def test_one_that_is_there_twice_waits_for_one_of_its_processes_to_end(wording: Wording) -> None:
     machine = agent("hwd_1", quarantine="double", pool="QUARANTINED", landed="grounded")
     now = Now(site="meadow", at=AT, top=Top(), counts={}, tasks=(), total=0, agents=(machine,), questions=())
     rows = needs(now, (), 120, FULL)
     text = "\n".join(str(one) for one in rows[0].lines)
-    assert "two processes say that they are hwd_1: end one of them" in text
+    wording(text)
     assert "clear" not in text

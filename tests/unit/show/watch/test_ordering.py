@@ -3,15 +3,16 @@
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.show.facts import LineFact
 from formiga_bt.show.watch.orders import WatchReply
+from tests.golden import Wording
 from tests.unit.show.watch.fake import AT, FakeSource, Room, S, agent, many, question, task, watching
 
 
-def test_hold_and_return_leave_at_once_and_the_reply_is_shown() -> None:
+def test_hold_and_return_leave_at_once_and_the_reply_is_shown(wording: Wording) -> None:
     async def order(room: Room) -> None:
         room.actor.reply = WatchReply("hwd_1 hovers; it returns by itself in 12 min\nnext: formiga continue PickUp-1")
         await room.press("h")
         assert room.sent == ["hold PickUp-1"]
-        assert room.shows("hold PickUp-1: hwd_1 hovers; it returns by itself in 12 min")
+        wording(room.said)
         await room.press("a", "down", "r")
         assert room.sent == ["hold PickUp-1", "return hwd_2"]
         await room.press("H")
@@ -20,7 +21,7 @@ def test_hold_and_return_leave_at_once_and_the_reply_is_shown() -> None:
     watching(order)
 
 
-def test_orders_with_a_guard_leave_with_y_only() -> None:
+def test_orders_with_a_guard_leave_with_y_only(wording: Wording) -> None:
     async def order(room: Room) -> None:
         for key, words in (
             ("l", "land PickUp-1"), ("c", "continue PickUp-1"), ("A", "abort PickUp-1"), ("R", "return --all"),
@@ -29,10 +30,10 @@ def test_orders_with_a_guard_leave_with_y_only() -> None:
             before = list(room.sent)
             await room.press(key)
             assert room.sent == before
-            assert room.shows("y: yes any other key: no")
+            wording(room.said)
             await room.press("n")
             assert room.sent == before
-            assert room.shows(f"{words}: nothing was done")
+            wording(room.said)
             await room.press(key, "y")
             assert room.sent == [*before, words]
 
@@ -50,12 +51,12 @@ def test_land_of_what_stands_leaves_at_once() -> None:
     watching(order, source)
 
 
-def test_lockdown_leaves_with_its_key_twice_within_two_seconds() -> None:
+def test_lockdown_leaves_with_its_key_twice_within_two_seconds(wording: Wording) -> None:
     async def order(room: Room) -> None:
         await room.press("exclamation_mark")
-        assert room.shows("LOCKDOWN: everything that flies comes home. ! once more within 2 s")
+        wording(room.said)
         await room.tick(2.5)
-        assert room.shows("lockdown: no second key came; nothing was done")
+        wording(room.said)
         await room.press("exclamation_mark")
         assert room.sent == []
         await room.press("exclamation_mark")
@@ -64,16 +65,16 @@ def test_lockdown_leaves_with_its_key_twice_within_two_seconds() -> None:
     watching(order)
 
 
-def test_cut_leaves_with_the_machines_own_name_only() -> None:
+def test_cut_leaves_with_the_machines_own_name_only(wording: Wording) -> None:
     async def order(room: Room) -> None:
         await room.press("x")
-        assert room.shows("cut is for a machine: choose one among the agents (a)")
+        wording(room.said)
         await room.press("a", "x", *"hwd_2", "enter")
-        assert room.shows("'hwd_2' is not hwd_1; nothing was done")
+        wording(room.said)
         await room.press("x", "enter")
         assert room.sent == []
         await room.press("x", *"hwd_1")
-        assert room.shows("in the air IT FALLS. Type its name, then Enter (Esc: nothing is done): hwd_1")
+        wording(room.said)
         assert room.sent == []
         await room.press("enter")
         assert room.sent == ["cut hwd_1"]
@@ -82,29 +83,29 @@ def test_cut_leaves_with_the_machines_own_name_only() -> None:
     watching(order)
 
 
-def test_a_plain_question_is_answered_with_one_key() -> None:
+def test_a_plain_question_is_answered_with_one_key(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question()]
 
     async def order(room: Room) -> None:
         await room.press("n", "2")
         assert room.sent == ["answer Q7 not_yet"]
-        assert room.shows("answer Q7 not_yet: done")
+        wording(room.said)
         await room.press("3")
-        assert room.shows("there is no answer 3 here")
+        wording(room.said)
         assert len(room.sent) == 1
 
     watching(order, source)
 
 
-def test_a_clearance_asks_for_a_second_key_with_the_question_and_since_when() -> None:
+def test_a_clearance_asks_for_a_second_key_with_the_question_and_since_when(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(kind="clearance", text="Do people stand clear of hwd_1?", options=("clear", "wait"))]
 
     async def order(room: Room) -> None:
         await room.press("n", "1")
         assert room.sent == []
-        assert room.shows("Q7, asked 0:41 ago: Do people stand clear of hwd_1? Answer 'clear'? y: yes")
+        wording(room.said)
         await room.press("1")
         assert room.sent == []
         await room.press("1", "y")
@@ -113,7 +114,7 @@ def test_a_clearance_asks_for_a_second_key_with_the_question_and_since_when() ->
     watching(order, source)
 
 
-def test_a_question_is_answered_from_its_task_too() -> None:
+def test_a_question_is_answered_from_its_task_too(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(task="PickUp-1")]
 
@@ -121,7 +122,7 @@ def test_a_question_is_answered_from_its_task_too() -> None:
         await room.press("1")
         await room.press("down", "1")
         assert room.sent == ["answer Q7 loaded"]
-        assert room.shows("nothing is asked here")
+        wording(room.said)
         await room.press("up", "enter")
         await room.poll()
         await room.press("2")
@@ -130,19 +131,19 @@ def test_a_question_is_answered_from_its_task_too() -> None:
     watching(order, source)
 
 
-def test_of_several_questions_of_a_task_one_must_be_chosen() -> None:
+def test_of_several_questions_of_a_task_one_must_be_chosen(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(task="PickUp-1"), question("Q8", task="PickUp-1")]
 
     async def order(room: Room) -> None:
         await room.press("1")
         assert room.sent == []
-        assert room.shows("PickUp-1 has 2 open questions: choose one (n)")
+        wording(room.said)
 
     watching(order, source)
 
 
-def test_a_question_that_has_just_taken_the_place_of_another_is_not_answered() -> None:
+def test_a_question_that_has_just_taken_the_place_of_another_is_not_answered(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(task="PickUp-1")]
 
@@ -151,7 +152,7 @@ def test_a_question_that_has_just_taken_the_place_of_another_is_not_answered() -
         await room.poll(0.5)
         await room.press("1")
         assert room.sent == []
-        assert room.shows("Q8 has only just come: read it, then press the key again; nothing was sent")
+        wording(room.said)
         await room.poll(1.0)
         await room.press("1")
         assert room.sent == ["answer Q8 loaded"]
@@ -159,7 +160,7 @@ def test_a_question_that_has_just_taken_the_place_of_another_is_not_answered() -
     watching(order, source)
 
 
-def test_a_key_for_a_question_that_closed_answers_no_other() -> None:
+def test_a_key_for_a_question_that_closed_answers_no_other(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(), question("Q8", text="Is it safe?")]
 
@@ -169,32 +170,32 @@ def test_a_key_for_a_question_that_closed_answers_no_other() -> None:
         await room.poll()
         await room.press("1")
         assert room.sent == []
-        assert room.shows("Q7 is no longer here: choose again; nothing was sent")
+        wording(room.said)
         await room.press("n", "1")
         assert room.sent == ["answer Q8 loaded"]
 
     watching(order, source)
 
 
-def test_who_has_an_app_of_their_own_is_not_answered_for() -> None:
+def test_who_has_an_app_of_their_own_is_not_answered_for(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question(here=())]
 
     async def order(room: Room) -> None:
         await room.press("n", "1")
         assert room.sent == []
-        assert room.shows("Q7 is answered by eve with their own app, not here")
+        wording(room.said)
 
     watching(order, source)
 
 
-def test_a_machine_is_handed_back_with_its_number_or_b() -> None:
+def test_a_machine_is_handed_back_with_its_number_or_b(wording: Wording) -> None:
     source = FakeSource()
     source.agents = [agent("lwd_3", taken=True, control="engine")]
 
     async def order(room: Room) -> None:
         await room.press("n", "2")
-        assert room.shows("Hand lwd_3 back to the engine: it flies to its port, its task stays HELD? y: yes")
+        wording(room.said)
         await room.press("y", "a", "b", "1", "y")
         assert room.sent == ["handback lwd_3 --return", "handback lwd_3 --continue"]
 
@@ -251,14 +252,14 @@ def test_what_is_asked_about_stays_while_rows_change_places() -> None:
     watching(order)
 
 
-def test_a_row_that_is_gone_takes_no_order_and_neither_does_its_neighbour() -> None:
+def test_a_row_that_is_gone_takes_no_order_and_neither_does_its_neighbour(wording: Wording) -> None:
     async def order(room: Room) -> None:
         await room.press("down")
         room.source.tasks = [task(1), task(3)]
         await room.poll()
         await room.press("h", "r", "l", "A", "x", "1", "y")
         assert room.sent == []
-        assert room.shows("PickUp-2 is no longer here: choose again; nothing was sent")
+        wording(room.said)
 
     watching(order)
 
@@ -273,7 +274,7 @@ def test_in_a_task_orders_are_for_it_or_for_the_machine_that_is_chosen() -> None
     watching(order)
 
 
-def test_read_only_sends_nothing_whatever_is_pressed() -> None:
+def test_read_only_sends_nothing_whatever_is_pressed(wording: Wording) -> None:
     source = FakeSource()
     source.questions = [question()]
     keys = [
@@ -298,7 +299,7 @@ def test_read_only_sends_nothing_whatever_is_pressed() -> None:
     async def order(room: Room) -> None:
         for pane in ("n", "t", "a"):
             await room.press(pane, *keys)
-            assert room.shows("read only: orders are off")
+            wording(room.said)
         assert room.sent == []
         assert "READ ONLY" in room.lines[-1]
         assert "h:hold" not in room.lines[-1]
@@ -306,14 +307,14 @@ def test_read_only_sends_nothing_whatever_is_pressed() -> None:
     watching(order, source, read_only=True)
 
 
-def test_no_answer_to_an_order_is_told_as_such_and_a_refusal_as_refusal() -> None:
+def test_no_answer_to_an_order_is_told_as_such_and_a_refusal_as_refusal(wording: Wording) -> None:
     async def order(room: Room) -> None:
         room.actor.error = FormigaError("the engine does not answer")
         await room.press("h")
-        assert room.shows("hold PickUp-1: NO ANSWER, the engine may have got it or not: the engine does not answer")
+        wording(room.said)
         room.actor.error, room.actor.reply = None, WatchReply("REFUSED: hwd_1 is lost", good=False)
         await room.press("h")
-        assert room.shows("hold PickUp-1: REFUSED: hwd_1 is lost")
+        wording(room.said)
         assert any("REFUSED" in one.text and one.style.color.name == "red" for one in room.styled)
         await room.press("escape")
         assert not room.shows("REFUSED")

@@ -9,6 +9,7 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.show.facts import Now
 from formiga_bt.show.watch.background import here
 from formiga_bt.show.watch.player import Player
+from tests.golden import Wording
 from tests.unit.show.watch.fake import AT, FakeActor, FakeSource, Room, S
 
 
@@ -96,10 +97,10 @@ def test_keys_step_and_say_when_there_is_nothing_more() -> None:
     playing(look)
 
 
-def test_a_moment_is_typed() -> None:
+def test_a_moment_is_typed(wording: Wording) -> None:
     async def look(room: Room, source: Moving) -> None:
         await room.press("@", "n", "o", "o", "n")
-        assert "to which moment? noon_" in room.lines[-1]
+        wording(room.lines[-1])
         await room.press("enter")
         assert room.shows("'noon' is no moment")
         await room.press("@", "8", ":", "1", "5", "x", "backspace", "enter")

@@ -9,6 +9,7 @@ from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Question, Tas
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import ClearanceDue
 from formiga_bt.show.why.front import explain
+from tests.golden import Wording
 from tests.unit.services.fakes import NOW, machine, order, task
 
 
@@ -24,7 +25,7 @@ def state() -> EngineState:
     return made
 
 
-def test_its_order_its_gate_and_its_task(state: EngineState) -> None:
+def test_its_order_its_gate_and_its_task(state: EngineState, wording: Wording) -> None:
     state.orders["hwd_1"] = order("hwd_1", "hold")
     state.goals["g"] = GoalRecord(
         id="g",
@@ -37,15 +38,7 @@ def test_its_order_its_gate_and_its_task(state: EngineState) -> None:
         text="lwd_1",
     )
 
-    assert told(state) == [
-        (
-            "order.hold",
-            "hold by eve since 0 s, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached",
-            "formiga continue PickUp-3 | formiga abort PickUp-3",
-        ),
-        ("gate.leg_busy", "hwd_1.GoTo waits until lwd_1 is out of its way", ""),
-        ("task", "it works as drone for PickUp-3, which is ACTIVE", "formiga why PickUp-3"),
-    ]
+    wording(told(state))
 
 
 @pytest.mark.parametrize(
@@ -84,7 +77,7 @@ def test_a_quarantine_tells_what_a_person_can_say(
 
 
 def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_time_that_is_left(
-    state: EngineState,
+    state: EngineState, wording: Wording
 ) -> None:
     state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=("clearance:hwd_1",)))
     state.goals["g"] = GoalRecord(
@@ -100,5 +93,5 @@ def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_t
     lines = told(state)
 
     assert [code for code, _, _ in lines] == ["gate.clearance", "question", "task", "held.clearance"]
-    assert "lapses in 80 s, then: hwd_1 does not land here" in lines[1][1]
+    wording(lines[1][1])
     assert not any("formiga continue" in hint for _, _, hint in lines)  # it would be refused
