@@ -11,6 +11,7 @@ import types
 import typing
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import islice
 from operator import is_
 from typing import Any, Final
@@ -95,13 +96,19 @@ class _Plans:
         """Return the fields of a struct to look at."""
         plan = self.made.get(kind)
         if plan is None:
-            hints = typing.get_type_hints(kind)
+            hints = _hints(kind)
             plan = tuple((n, lower) for n in kind.__struct_fields__ if (lower := _lower(hints[n])) is not None)  # type: ignore[attr-defined]
             self.made[kind] = plan
         return plan
 
 
 _PLANS: Final = _Plans()
+
+
+@cache
+def _hints(kind: type) -> Mapping[str, Any]:
+    """Return the types of a struct's fields; to resolve them takes far longer than to look at them."""
+    return typing.get_type_hints(kind)
 
 
 def _holds_any(kind: Any, seen: set[Any]) -> bool:
@@ -111,7 +118,7 @@ def _holds_any(kind: Any, seen: set[Any]) -> bool:
         if kind in seen:
             return False
         seen.add(kind)
-        return any(_holds_any(one, seen) for one in typing.get_type_hints(kind).values())
+        return any(_holds_any(one, seen) for one in _hints(kind).values())
     return any(_holds_any(one, seen) for one in typing.get_args(kind))
 
 
@@ -177,7 +184,7 @@ def _lowered(value: Struct) -> Struct:
 def _structs(kind: Any, seen: dict[type[Struct], None]) -> None:
     if isinstance(kind, type) and issubclass(kind, Struct) and kind not in seen:
         seen[kind] = None
-        for one in typing.get_type_hints(kind).values():
+        for one in _hints(kind).values():
             _structs(one, seen)
     for one in typing.get_args(kind):
         _structs(one, seen)
@@ -194,6 +201,7 @@ def _words_of(kind: type[Struct]) -> Iterator[bytes]:
         yield _ENCODER.encode(field.encode_name) + default
 
 
+@cache
 def dictionary() -> bytes:
     """Return the names that steps of this version repeat, the most usual last: for the first steps of a journal."""
     seen: dict[type[Struct], None] = {}

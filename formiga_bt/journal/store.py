@@ -122,7 +122,7 @@ class Journal(Readable):
                 raise SiteError(self._taken())
             self._check_after_crash()
             with writing(self._write) as connection:
-                self._teach(connection, codec.dictionary(), "", only_first=True)
+                self._teach(connection, codec.dictionary, "", only_first=True)
                 row = connection.execute(sa.select(schema.sites).where(schema.sites.c.name == self.site)).first()
                 self.epoch = max(at_least, 1 if row is None else row.epoch + 1)
                 holder = f"process {os.getpid()} on {socket.gethostname()}"
@@ -336,7 +336,7 @@ class Journal(Readable):
         before = self._dictionaries, self._taught, self.codec
         try:
             with self._transaction(None, None) as connection:
-                self._teach(connection, codec.learned(steps), __version__)
+                self._teach(connection, lambda: codec.learned(steps), __version__)
         except BaseException:  # what is not written must not be used
             self._dictionaries, self._taught, self.codec = before
             raise
@@ -346,12 +346,14 @@ class Journal(Readable):
         """Return whether steps of this version were learned from, or none can be any more."""
         return self._taught[1] == __version__ or self._taught[0] >= DICTIONARIES
 
-    def _teach(self, connection: Connection, data: bytes, version: str, *, only_first: bool = False) -> None:
+    def _teach(
+        self, connection: Connection, made: Callable[[], bytes], version: str, *, only_first: bool = False
+    ) -> None:
         rows = connection.execute(sa.select(schema.words.c.id, schema.words.c.version, schema.words.c.data)).all()
         known = {row.id: row.data for row in rows}
         number = max(known, default=0)
         if not (only_first and known) and number < DICTIONARIES:
-            number += 1
+            number, data = number + 1, made()
             connection.execute(sa.insert(schema.words), {"id": number, "version": version, "data": data})
             known[number] = data
             self._taught = (number, version)

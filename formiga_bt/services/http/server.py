@@ -141,9 +141,13 @@ class HttpServer:
             time.sleep(0.005)
         self._socket.listen(QUEUE)
 
+    def ask_to_stop(self) -> None:
+        """Begin to end, and wait for nothing."""
+        self._server.should_exit = True
+
     def stop(self) -> None:
         """End within some seconds; may be called twice."""
-        self._server.should_exit = True
+        self.ask_to_stop()
         if self._thread.is_alive():
             self._thread.join(5.0)
         self._socket.close()
