@@ -71,6 +71,13 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+@pytest.fixture
+def set_aside_again() -> Generator[None, None, None]:
+    """Take the collected tests from the garbage collector again, after a test that gave it all (`gc.unfreeze`)."""
+    yield
+    gc.freeze()
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if not any("::" in arg for arg in config.args) and not config.getoption("lf", False):
         config.stash[GOLDEN].files |= {item.nodeid.partition("::")[0] for item in items}

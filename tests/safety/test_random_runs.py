@@ -3,6 +3,7 @@
 import pytest
 
 from tests.safety.runs import run
+from tests.shares import in_ci
 
 FIRSTS, EACH = (*range(0, 200, 8), *range(200_000, 200_040, 8), *range(300_000, 300_040, 8)), 8
 """Missions as they are written, trees that are drawn (200,000), and drones that are unsure whether they stand (300,000)."""
@@ -10,13 +11,11 @@ FEW = (0, 64, 200_000, 300_000)
 """Played in each run of the tests, beside the seeds that show planted bugs (`test_planted_bugs.py`). All are played in CI, more
 by `benchmarks/soak_safety.py`."""
 FOUND = (269, 378, 381, 403, 441, 514, 577, 613, 683, 734, 746, 991, 1024, 1026, 100_015, 100_030, 100_037)
-"""Further seeds that found something once."""
+"""Further seeds that found something once: each second one in each run of the tests, all in CI."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "first", [one if one in FEW else pytest.param(one, marks=pytest.mark.external) for one in FIRSTS]
-)
+@pytest.mark.parametrize("first", [*FEW, *in_ci(one for one in FIRSTS if one not in FEW)])
 def test_no_promise_is_broken_whatever_goes_wrong(first: int) -> None:
     reports = [run(seed) for seed in range(first, first + EACH)]
 
@@ -24,7 +23,7 @@ def test_no_promise_is_broken_whatever_goes_wrong(first: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", FOUND)
+@pytest.mark.parametrize("seed", [*FOUND[::2], *in_ci(FOUND[1::2])])
 def test_what_was_found_once_is_clean(seed: int) -> None:
     report = run(seed)
 

@@ -90,9 +90,9 @@ def test_it_holds_in_hundreds_of_seeds(first: int) -> None:
     assert violated(range(first, first + 10)) == []
 
 
-@pytest.mark.parametrize("seed", FOUND)
+@pytest.mark.parametrize("seed", [*[*FOUND][::2], *in_ci([*FOUND][1::2])])
 def test_what_was_found_once_is_clean(seed: int) -> None:
-    """Seeds that showed a bug stay."""
+    """Seeds that showed a bug stay; each second one is played in each run of the tests, all in CI."""
     assert violated([seed]) == [], FOUND[seed]
 
 

@@ -8,6 +8,8 @@ from benchmarks import bench_leak, bench_peers, bench_reaction
 from benchmarks.plots import draw_peers, series
 from tests.golden import Wording
 
+pytestmark = pytest.mark.usefixtures("set_aside_again")
+
 
 @pytest.mark.network
 @pytest.mark.slow

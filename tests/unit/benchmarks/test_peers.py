@@ -12,6 +12,8 @@ from benchmarks.peers.trees import ACTIONS_IN_TURN, CHECK, TREES, Node, act, fal
 from tests.golden import Wording
 
 Script = list[tuple[str, bool]]
+
+pytestmark = pytest.mark.usefixtures("set_aside_again")
 EVERYTHING_WELL = {
     "twelve": [("deep", True)],
     "watch": [("deep", True)],

@@ -15,6 +15,7 @@ from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.tasks.taskrun import TaskRun
 from formiga_bt.nodes.base import Node
 
+pytestmark = pytest.mark.usefixtures("set_aside_again")
 BENCH = Path(__file__).resolve().parents[3] / "benchmarks" / "bench_scale.py"
 KINDS = ("key", "progress", "report", "person", "result", "order", "request", "ended", "timer")
 

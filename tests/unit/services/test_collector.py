@@ -9,6 +9,8 @@ import pytest
 from formiga_bt.services import collector as module
 from formiga_bt.services.collector import THRESHOLDS, Collector, uncollected
 
+pytestmark = pytest.mark.usefixtures("set_aside_again")
+
 
 class Thing:
     """Something that can be in a circle."""
