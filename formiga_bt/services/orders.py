@@ -307,7 +307,7 @@ class ServiceOrders:
             task = self._known(state, task_id)
             because = self._because(state, task_id, now)
             waits = tuple(dict.fromkeys(cause.code for cause in causes_of(state, task) if cause.code))
-        return Explanation(of=task.id, status=task.status, held=task.hold.causes, because=because, waits=waits)
+        return Explanation(of=task.id, status=task.status, held=task.hold.words, because=because, waits=waits)
 
     def why_agent(self, agent: str) -> Explanation:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task.

@@ -10,6 +10,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.causes import HoldCause
 from formiga_bt.engine.kernel.inputs import Input, LockdownOrder, Operator, OperatorOrder
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted, Done
@@ -122,7 +123,7 @@ class Stops:
                 return restarted(state, target, agents)
             return _kept(self._went_on(state, target, agents, before, held), reply)
 
-    def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
+    def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[HoldCause, ...]]]:
         self._view.catch_up(LOOK_S)
         with self._view.reading() as state:
             return dict(state.orders), held_tasks(state)
@@ -161,7 +162,7 @@ class Stops:
         target: str,
         agents: Iterable[AgentRecord],
         before: dict[str, StandingOrder],
-        held: dict[str, tuple[str, ...]],
+        held: dict[str, tuple[HoldCause, ...]],
     ) -> OrderReply:
         now = self._now()
         ordered, skipped = [], []
@@ -206,7 +207,7 @@ class Stops:
 
     def _still_held(self, state: EngineState, task: TaskRecord, code: str) -> SkippedFact:
         why = stays(state, task.id, self._catalogue)
-        text = f"{task.id} is still HELD ({', '.join(task.hold.causes)})" + (f": {why}" if why else "")
+        text = f"{task.id} is still HELD ({', '.join(task.hold.words)})" + (f": {why}" if why else "")
         first = ways_on(state, task, self._catalogue)[0]
         hint = f"formiga why {task.id}" if first.startswith("formiga continue") else first
         return SkippedFact(who=task.id, code=code, text=text, hint=hint)

@@ -175,14 +175,14 @@ class EngineView:
                 why = f": {AGAIN[task.restart.why]}; then it begins anew"
             text = f"{task.id} {task.status}{why}"
         elif task.hold.causes != before.hold.causes:
-            text = f"{task.id} " + (f"HELD ({', '.join(task.hold.causes)})" if task.hold.causes else "goes on")
+            text = f"{task.id} " + (f"HELD ({', '.join(task.hold.words)})" if task.hold.causes else "goes on")
         elif task.section != before.section and task.section == self._sections.get(task.id):
             text = f"{task.id}: {task.section}"
         else:
             return
         data = {
             "status": task.status,
-            "held": list(task.hold.causes),
+            "held": list(task.hold.words),
             "section": task.section,
             "code": task.outcome.code,
         }

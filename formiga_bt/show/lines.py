@@ -41,7 +41,7 @@ class LineMaker(Struct):
     def _status(self, task: str, status: str, code: str, reason: str, state: EngineState) -> str:
         was, self.shown[task] = self.shown.get(task), status
         if status == "HELD":
-            return f"HELD ({', '.join(state.tasks[task].hold.causes)})"
+            return f"HELD ({', '.join(state.tasks[task].hold.words)})"
         if was == "HELD" and status in ("ASSIGNED", "ACTIVE"):
             return "goes on"
         return f"{status}: {code} {reason}".rstrip() if code else status

@@ -193,7 +193,7 @@ def _doing(log: RunLog, task: TaskRecord) -> str:
     if task.section == "done":
         return task.outcome.code
     goals = [g for g in log.state.goals.values() if g.task == task.id and not g.ended]
-    words = [", ".join(task.hold.causes)] if task.hold.causes else []
+    words = [", ".join(task.hold.words)] if task.hold.causes else []
     words += [f"{g.agent}.{g.action}{_waits(g) or _rest(g)}" for g in goals]
     return "; ".join(words) or task.section
 

@@ -168,7 +168,7 @@ class Crashing:
         """Return how it stands, for the message of a failed test."""
         state = self.flight.engine.state
         lines = [
-            f"{t.id} {t.status} {t.section} held={t.hold.causes} {t.outcome.code} {t.outcome.reason}"
+            f"{t.id} {t.status} {t.section} held={t.hold.words} {t.outcome.code} {t.outcome.reason}"
             for t in state.tasks.values()
         ]
         lines += [f"{a.id} {a.liveness} {a.pool} {a.landed} {a.control} goal={a.goal}" for a in state.agents.values()]

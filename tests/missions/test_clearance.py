@@ -36,7 +36,7 @@ def test_wait_is_asked_again_after_half_a_minute(fly: Fly) -> None:
     task = move(rehearsal)
     rehearsal.run_for(50)
     assert len(rehearsal.sim["watcher_1"].person.asked) == 2
-    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.words == ("clearance:lwd_1",)
 
     assert rehearsal.run_until_ended(task)
     assert rehearsal.task(task).status == "SUCCEEDED"
@@ -76,7 +76,7 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
     task = pick_up(rehearsal)
     rehearsal.run_for(600)
     assert rehearsal.task(task).status == "ACTIVE"
-    assert rehearsal.task(task).hold.causes == ("clearance:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("clearance:hwd_1",)
     asked = next(q for q in rehearsal.engine.state.questions.values() if q.kind == "clearance")
     patience = rehearsal.engine.state.deadlines[ClearanceDue("hwd_1")]
     assert asked.expires_at == patience.at  # what people's apps count down to
@@ -175,7 +175,7 @@ def test_nobody_is_asked_again_and_again_while_the_way_down_is_taken(fly: Fly) -
     assert [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"] == [
         ("leg_busy", "lwd_1")
     ]
-    assert (rehearsal.task(task).hold.causes, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
+    assert (rehearsal.task(task).hold.words, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
 
     rehearsal.ask(Operator("continue", "lwd_1"))
 
@@ -188,7 +188,7 @@ def landing_is_asked(fly: Fly) -> tuple[Rehearsal, str]:
     """PickUp hovers over the field, and nobody says whether people stand clear."""
     rehearsal = fly(scripts=dict.fromkeys(("picker_1", "picker_2", "watcher_1"), NEVER))
     task = pick_up(rehearsal)
-    assert rehearsal.run_until(lambda: rehearsal.task(task).hold.causes == ("clearance:hwd_1",), 300)
+    assert rehearsal.run_until(lambda: rehearsal.task(task).hold.words == ("clearance:hwd_1",), 300)
     assert [q.kind for q in rehearsal.engine.state.questions.values()] == ["clearance"]
     return rehearsal, task
 
@@ -209,7 +209,7 @@ def test_one_that_has_landed_is_not_asked_for_any_more(fly: Fly, how: str) -> No
 
     assert rehearsal.engine.state.questions == {}
     assert rehearsal.engine.state.clearances == {}
-    assert "clearance:hwd_1" not in rehearsal.task(task).hold.causes
+    assert "clearance:hwd_1" not in rehearsal.task(task).hold.words
 
 
 def test_one_that_its_pilot_has_flown_elsewhere_is_not_asked_for_there_any_more(fly: Fly) -> None:
@@ -298,14 +298,14 @@ def test_a_machine_that_is_carried_to_its_port_waits_for_no_word_any_more(fly: F
     rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
     task = move(rehearsal)
     rehearsal.run_for(10)
-    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.words == ("clearance:lwd_1",)
 
     site = rehearsal.engine.core.site
     rehearsal.sim["lwd_1"].drone.carry(site.ports[site.agents["lwd_1"].home].at)
     rehearsal.run_for(15)
 
     assert len(starts(rehearsal)) == 1
-    assert rehearsal.task(task).hold.causes == ()
+    assert rehearsal.task(task).hold.words == ()
     assert rehearsal.engine.state.clearances == {}
     assert rehearsal.engine.state.questions == {}
     assert rehearsal.run_until_ended(task)

@@ -233,7 +233,7 @@ def test_a_pilot_takes_over_and_hands_back(fly: Fly) -> None:
     rehearsal.sim.take_over("hwd_1")
     rehearsal.run_for(1)
 
-    assert rehearsal.task(task).hold.causes == ("take-over:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("take-over:hwd_1",)
     assert "taken_over" in alarms(rehearsal)
     sent = len(effects(rehearsal, SendGoal))
     with pytest.raises(TaskError) as caught:
@@ -243,7 +243,7 @@ def test_a_pilot_takes_over_and_hands_back(fly: Fly) -> None:
     rehearsal.sim.hand_back("hwd_1")
     rehearsal.run_for(60)
     assert len(effects(rehearsal, SendGoal)) == sent  # only a person hands back
-    assert rehearsal.task(task).hold.causes == ("take-over:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("take-over:hwd_1",)
 
     rehearsal.ask(Operator("handback_end", "hwd_1"))
 

@@ -53,11 +53,11 @@ def test_a_task_stays_held_for_the_machine_that_nobody_continued(fly: Fly) -> No
     rehearsal.ask(LockdownOrder("release", "ann"))
     order(rehearsal, "hold", "lwd_1")
     assert rehearsal.run_until(lambda: standing(rehearsal) is None, 300)
-    assert rehearsal.task(task).hold.causes == ("operator", "operator:lwd_1")
+    assert rehearsal.task(task).hold.words == ("operator", "operator:lwd_1")
 
     order(rehearsal, "continue", "lwd_1")
 
-    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
     assert refused(rehearsal, "continue", "hwd_1")[0] == "cannot_continue"
     assert order(rehearsal, "restart", task) == Done()
     assert rehearsal.run_until_ended(task, limit_s=1800)

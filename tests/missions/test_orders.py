@@ -47,7 +47,7 @@ def test_hold_hovers_and_continue_sends_the_leg_anew_under_another_id(fly: Fly) 
     rehearsal.run_for(60)
 
     assert rehearsal.sim["hwd_1"].body.position() == here
-    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
     assert standing(rehearsal) == ("hold", "done")
     assert sent(rehearsal)[-1] == leg
 
@@ -99,7 +99,7 @@ def test_one_that_hovers_too_long_comes_home_by_itself(fly: Fly) -> None:
 
     assert "hold_over" in alarms(rehearsal)
     assert rehearsal.sim["hwd_1"].body.battery() > 25
-    assert rehearsal.task(task).hold.causes == ("operator",)
+    assert rehearsal.task(task).hold.words == ("operator",)
     code, text = refused(rehearsal, "continue", task)
     assert code == "cannot_continue"
     assert text == (
@@ -122,7 +122,7 @@ def test_return_flies_home_at_once_and_the_task_waits(fly: Fly) -> None:
     assert [g.action for g in home] == ["GoTo", "GoTo", "LandIn"]
     assert all(g.safety for g in home)
     assert rehearsal.task(task).status == "ACTIVE"
-    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
     assert standing(rehearsal) == ("return", "done")
     assert pool(rehearsal)[0] != "STANDBY"  # it stays its task's
 
@@ -272,7 +272,7 @@ def test_a_person_hands_back_in_three_ways(fly: Fly, how: str) -> None:
 
     if how == "return":
         assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
-        assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+        assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
         rehearsal.abort(task)
     assert rehearsal.run_until_ended(task)
     expected = {"continue": ("SUCCEEDED", ""), "return": ("CANCELED", "aborted"), "end": ("FAILED", "taken_over")}
@@ -288,13 +288,13 @@ def test_lockdown_returns_all_and_release_leaves_stopped_tasks_to_a_person(fly: 
     assert caught.value.code == "lockdown"
     assert rehearsal.run_until(lambda: not airborne(rehearsal), 600)
     rehearsal.run_for(5)
-    assert rehearsal.task(task).hold.causes == ("lockdown",)
+    assert rehearsal.task(task).hold.words == ("lockdown",)
     assert refused(rehearsal, "continue", task)[0] == "lockdown"
 
     rehearsal.ask(LockdownOrder("release", "ann"))
     rehearsal.run_for(30)
 
-    assert rehearsal.task(task).hold.causes == ("operator",)
+    assert rehearsal.task(task).hold.words == ("operator",)
     assert rehearsal.engine.state.orders == {}
     order(rehearsal, "restart", task)
     assert rehearsal.run_until_ended(task)
@@ -464,7 +464,7 @@ def test_a_handback_that_is_refused_changes_nothing(fly: Fly) -> None:
     assert refused(rehearsal, "handback_return", "hwd_1") == ("cut", "the motors of hwd_1 were ordered to be cut")
 
     assert rehearsal.engine.state.agents["hwd_1"].taken
-    assert any(cause.startswith("take-over:") for cause in rehearsal.task(task).hold.causes)
+    assert any(cause.startswith("take-over:") for cause in rehearsal.task(task).hold.words)
 
 
 @pytest.mark.parametrize("word", ["return", "land", "continue"])
@@ -591,7 +591,7 @@ def test_continue_for_all_leaves_the_task_of_one_that_is_brought_home_held(fly: 
     order(rehearsal, "continue")
 
     assert standing(rehearsal) == ("return", "open")
-    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
     order(rehearsal, "continue", "hwd_2") if standing(rehearsal, "hwd_2") else None
     rehearsal.abort(task)
     assert rehearsal.run_until_ended(task, limit_s=600)

@@ -246,7 +246,7 @@ def test_the_engine_restarts_and_finds_it_at_home_with_a_new_process(
     flight.run_for(600)
 
     assert [one for one in flown.begun if one.agent == "lwd_1"] == []
-    assert flight.ended() or "resume" in next(t for t in flight.engine.state.tasks.values() if not t.ended).hold.causes
+    assert flight.ended() or "resume" in next(t for t in flight.engine.state.tasks.values() if not t.ended).hold.words
     ends_well(flown)
 
 
@@ -278,7 +278,7 @@ def test_after_a_long_outage_what_stands_waits_for_a_word() -> None:
     flight.run_for(300)
 
     (task,) = [t for t in flight.engine.state.tasks.values() if not t.ended]
-    assert (task.system.agent, task.hold.causes) == ("lwd_1", ("resume",))
+    assert (task.system.agent, task.hold.words) == ("lwd_1", ("resume",))
     assert [one for one in flown.begun if one.agent == "lwd_1"] == []
     assert "recover_slow" not in alarms(flight)
     order(flight, "continue", task.id)
@@ -324,7 +324,7 @@ def test_after_a_long_outage_one_that_rose_meanwhile_goes_on_home() -> None:
     flown.die()
     flown.resume(5, since=flight.now - 60 * SECOND)
     flight.run_for(3)
-    assert not any(task.hold.causes for task in flight.engine.state.tasks.values())
+    assert not any(task.hold.words for task in flight.engine.state.tasks.values())
     assert flight.run_until(flight.ended, 600)
     assert (drone(flight).pool, drone(flight).landed) == ("STANDBY", "grounded")
     ends_well(flown)
@@ -441,7 +441,7 @@ def test_each_way_out_that_why_names_for_a_way_home_works_though_its_task_cannot
     flown, task = landed_away()
     flight = flown.flight
     home = flight.engine.state.orders["lwd_2"].task
-    assert "resume" in flight.task(home).hold.causes
+    assert "resume" in flight.task(home).hold.words
     with pytest.raises(TaskError) as refused:
         order(flight, "continue", "lwd_2")  # that would be a word for its task
     assert refused.value.code == "cannot_continue"

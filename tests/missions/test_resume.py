@@ -114,7 +114,7 @@ def test_over_a_bad_wire_too_no_goal_is_begun_twice_and_all_ends(data: st.DataOb
             break
         flown.resume(away_s=data.draw(st.floats(0.0, 3.0)))
     flown.flight.driver._persist = None
-    if flown.flight.run_until(lambda: "resume" in flown.flight.task(id_).hold.causes, limit_s=60):
+    if flown.flight.run_until(lambda: "resume" in flown.flight.task(id_).hold.words, limit_s=60):
         flown.flight.ask(Operator("continue", id_, "watcher_1"))
     assert flown.run(), flown.story()
     assert flown.twice() == []

@@ -204,7 +204,7 @@ class TestLong:
         flown.die()
         flown.resume(away_s=31, wall=flown.flight.now + 31_000_000, since=flown.killed_at)
         settled(flown)
-        assert "resume" in task(flown, id_).hold.causes
+        assert "resume" in task(flown, id_).hold.words
         assert (
             told(flown)[-1] == f"resumed after 31.0 s: {id_} HELD (formiga why {id_})"
         )  # its machine came home by itself
@@ -212,7 +212,7 @@ class TestLong:
         before = len(flown.begun)
         flown.flight.run_for(20)
         assert [one for one in flown.begun[before:] if one.action != "Confirm"] == []
-        if any(cause.startswith("take-over") for cause in task(flown, id_).hold.causes):  # it has gone home by itself
+        if any(cause.startswith("take-over") for cause in task(flown, id_).hold.words):  # it has gone home by itself
             with pytest.raises(TaskError, match="not the engine's to command"):
                 flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
 
@@ -223,7 +223,7 @@ class TestLong:
         now = flown.flight.now
         flown.resume(away_s=2, wall=now + 30_000_000, since=now)
         settled(flown)
-        assert task(flown, id_).hold.causes == ()
+        assert task(flown, id_).hold.words == ()
         ends(flown, id_)
 
     def test_goals_in_flight_are_found_again_and_nothing_new_is_sent(self) -> None:
@@ -233,7 +233,7 @@ class TestLong:
         now = flown.flight.now
         flown.resume(away_s=2, wall=now + 30_000_001, since=now)
         settled(flown)
-        assert task(flown, id_).hold.causes == ("resume",)
+        assert task(flown, id_).hold.words == ("resume",)
         assert leg(flown) is not None
         assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions), limit_s=120)  # it arrives
         flown.flight.run_for(20)  # the question is asked, and answered
@@ -251,7 +251,7 @@ class TestLong:
             flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
             settled(flown)
             flown.flight.ask(inp.Operator("continue", target, "watcher_1"))
-            assert task(flown, id_).hold.causes == ()
+            assert task(flown, id_).hold.words == ()
             ends(flown, id_)
 
     def test_a_person_may_abort_it_or_bring_it_home(self) -> None:
@@ -279,7 +279,7 @@ on_abort:
         flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
         settled(flown)
         flown.flight.abort(id_)
-        assert task(flown, id_).hold.causes == ()
+        assert task(flown, id_).hold.words == ()
         ends(flown, id_, "CANCELED")
         assert any(one.goal == f"{id_}/1/on_abort/on_abort[0]" for one in flown.begun)
 
@@ -324,7 +324,7 @@ class TestMachines:
         flown.flight.sim.restart("lwd_1")
         flown.resume(away_s=2)
         settled(flown)
-        assert task(flown, id_).hold.causes == ("resume",)
+        assert task(flown, id_).hold.words == ("resume",)
         assert (
             f"lwd_1 was started anew while the engine was away; {id_} waits: formiga continue {id_}" in flown.alarms()
         )
@@ -378,14 +378,14 @@ class TestMachines:
         flown.flight.sim.take_over("lwd_1")
         flown.resume(away_s=2)
         settled(flown)
-        assert set(task(flown, id_).hold.causes) == {"resume", "take-over:lwd_1"}
+        assert set(task(flown, id_).hold.words) == {"resume", "take-over:lwd_1"}
         why = f"formiga why {id_}"  # its pilot still has it
         assert f"lwd_1 came under the control of pilot while the engine was away; {id_} waits: {why}" in flown.alarms()
         assert told(flown)[-1] == f"resumed after 2.0 s: {id_} HELD ({why})"
         flown.flight.sim.hand_back("lwd_1")
         flown.flight.run_for(1)
         flown.flight.ask(inp.Operator("handback_continue", "lwd_1", "watcher_1"))
-        assert task(flown, id_).hold.causes == ("resume",)
+        assert task(flown, id_).hold.words == ("resume",)
         flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
         ends(flown, id_)
 
@@ -398,7 +398,7 @@ class TestMachines:
         flown.flight.sim.hand_back("lwd_1")
         flown.resume(away_s=1)
         settled(flown)
-        assert "take-over:lwd_1" in task(flown, id_).hold.causes
+        assert "take-over:lwd_1" in task(flown, id_).hold.words
 
     @pytest.mark.parametrize("long", [False, True], ids=["short", "long"])
     def test_one_that_came_home_by_itself_between_two_goals_is_told_and_its_task_begins_anew(self, long: bool) -> None:
@@ -416,7 +416,7 @@ class TestMachines:
 
         ways = f"formiga restart {id_} or formiga abort {id_}"
         landed = f"lwd_1 landed while the engine was away; {id_} waits: {ways}"
-        assert task(flown, id_).hold.causes == ("resume",)
+        assert task(flown, id_).hold.words == ("resume",)
         assert (landed in flown.alarms()) is not long  # after a long outage all wait, and `why` tells it of each
         assert why(flown, id_)[0] == (
             "HELD: it was interrupted by an outage; a person must say that it may go on;"
@@ -576,7 +576,7 @@ def test_it_dies_once_more_while_it_asks() -> None:
     assert not flown.run()
     flown.resume(away_s=11)  # together too long: nobody watched for 31 s
     settled(flown)
-    assert "resume" in task(flown, id_).hold.causes
+    assert "resume" in task(flown, id_).hold.words
     assert flown.flight.engine.state.epoch == 3
 
 
@@ -640,7 +640,7 @@ class TestStanding:
         flown.resume(away_s=2)
         settled(flown)
         assert flown.flight.engine.state.orders["lwd_1"].stop == "hold"
-        assert task(flown, id_).hold.causes == ("operator:lwd_1",)
+        assert task(flown, id_).hold.words == ("operator:lwd_1",)
         flown.flight.ask(inp.LockdownOrder("return", "watcher_1"))
         flown.die()
         flown.resume(away_s=2)
@@ -722,7 +722,7 @@ def test_an_event_that_was_told_while_no_engine_was_there_is_told_to_the_next(aw
     flown.resume(away_s=away_s)
     settled(flown)
     flown.flight.run_for(5)
-    if "resume" in task(flown, id_).hold.causes:
+    if "resume" in task(flown, id_).hold.words:
         flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
     flown.flight.run_for(5)
     ended = task(flown, id_)

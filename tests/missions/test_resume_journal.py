@@ -55,7 +55,7 @@ def test_missions_go_on_from_the_journal(name: str, tmp_path: Path) -> None:
             flown.resume(away_s=1.0, state=state, again=())
         assert flown.run()
         task = flown.flight.task(id_)
-        assert (task.status, task.outcome.code, task.hold.causes) == (plain.status, plain.code, ()), flown.story()
+        assert (task.status, task.outcome.code, task.hold.words) == (plain.status, plain.code, ()), flown.story()
         assert flown.twice() == []
         assert set(flown.again_begun()) <= set(plain.rounds)
         journaled.journal.close()

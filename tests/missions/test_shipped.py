@@ -78,7 +78,7 @@ def test_move_task_fetches_a_drone_that_stands_away_from_its_port_after_a_watche
     task = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
 
     rehearsal.run_for(2)
-    assert rehearsal.task(task).hold.causes == ("clearance:lwd_1",)
+    assert rehearsal.task(task).hold.words == ("clearance:lwd_1",)
     assert effects(rehearsal, PublishState)[-1].status == "HELD"
     assert rehearsal.run_until_ended(task, limit_s=600)
     assert rehearsal.task(task).status == "SUCCEEDED"

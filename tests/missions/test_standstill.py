@@ -45,7 +45,7 @@ def test_after_half_a_minute_no_task_has_lost_a_machine(name: str) -> None:
         stand(flown, 35.0)
         flight.run_for(15)
         kept = flight.task(task)
-        assert kept.section == "done" or kept.hold.causes, flown.story()
+        assert kept.section == "done" or kept.hold.words, flown.story()
         _go_on(flown, task)
         ended = flight.task(task)
         assert "agent_lost" not in (ended.outcome.code, kept.outcome.code), flown.story()
@@ -66,7 +66,7 @@ def _go_on(flown: Crashing, task: str) -> None:
             if flight.engine.state.agents[agent].taken:
                 ways = (Operator(how, agent, "watcher_1") for how in ("handback_continue", "handback_end"))
                 next((way for way in ways if flight.driver.feed(way).reply == Done()), None)
-        if flight.task(task).hold.causes:
+        if flight.task(task).hold.words:
             flight.driver.feed(Operator("continue", task, "watcher_1"))
     flown.run()
 
@@ -85,7 +85,7 @@ def test_agents_are_asked_before_any_deadline_is_judged() -> None:
     asked = next(n for n, resume in phases if resume is None or resume.phase != "asking")
     assert not [step for step in after[:asked] if isinstance(step.input, TimerDue | WallDue)]
     assert flown.flight.task(task).outcome.code == ""
-    assert "resume" not in flown.flight.task(task).hold.causes
+    assert "resume" not in flown.flight.task(task).hold.words
     flown.flight.close()
 
 
@@ -93,7 +93,7 @@ def test_a_long_standstill_holds_tasks_and_nothing_new_leaves() -> None:
     flown, task = begin("pick_up")
     flown.flight.run_for(20)
     step = stand(flown, 31.0)
-    assert "resume" in flown.flight.task(task).hold.causes
+    assert "resume" in flown.flight.task(task).hold.words
     assert [effect.code for effect in step.effects if isinstance(effect, Alarm)] == ["held_by_resume"]
     before = len(flown.seen)
     flown.flight.run_for(120)

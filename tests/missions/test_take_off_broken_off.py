@@ -145,7 +145,7 @@ def test_a_second_hold_before_it_has_stopped_takes_the_continue_back(watched: Ca
     rehearsal.run_for(30)
 
     assert len(flown(rehearsal)) == 1
-    assert rehearsal.task(task).hold.causes == ("operator:hwd_1",)
+    assert rehearsal.task(task).hold.words == ("operator:hwd_1",)
     order(rehearsal, "continue")
     assert rehearsal.run_until_ended(task)
 

@@ -79,7 +79,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     assert any(goal.state == "canceling" for state in states for goal in state.goals.values())
     assert any(task.ending.stopping for task in tasks)
     assert any(task.agents.releasing for task in tasks)
-    assert any(cause.startswith("take-over:") for task in tasks for cause in task.hold.causes)
+    assert any(cause.startswith("take-over:") for task in tasks for cause in task.hold.words)
     assert {"running", "waiting"} <= {cleanup.state for task in tasks for cleanup in task.ending.cleanups}
 
 

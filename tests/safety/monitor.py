@@ -316,7 +316,7 @@ class Monitor:
             )
         before, after = tasks.get(goal.task), self.state.tasks.get(goal.task)
         if section == "steps" and not goal.safety and before is not None and after is not None:
-            causes = [c for c in after.hold.causes if c in before.hold.causes and not c.startswith("clearance:")]
+            causes = [c for c in after.hold.words if c in before.hold.words and not c.startswith("clearance:")]
             if causes:
                 self.tell(
                     "held", f"{goal.goal_id} goes to {goal.agent} while {goal.task} is held ({', '.join(causes)})"
@@ -511,7 +511,7 @@ class Monitor:
     def waits_for(self, task: TaskRecord) -> list[str]:
         """Return the names of what a task waits for."""
         state = self.state
-        found = [f"held: {cause}" for cause in task.hold.causes]
+        found = [f"held: {cause}" for cause in task.hold.words]
         found += [
             f"goal {g.id} {g.state} {g.code}".strip() for g in state.goals.values() if g.task == task.id and not g.ended
         ]

@@ -109,7 +109,7 @@ class Run:
                     self.slow.add(text)
                     self.tell(f"  ALARM {code}: {text}")
                 case inp.PublishState(task, status, code, reason):
-                    held = self.world.engine.state.tasks[task].hold.causes
+                    held = self.world.engine.state.tasks[task].hold.words
                     self.tell(f"  {task} {status} {code} {reason} {held or ''}".rstrip())
         for change in step.changes:
             if type(change).__name__ == "OrderPut":

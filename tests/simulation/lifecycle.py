@@ -162,7 +162,7 @@ def _task(task: TaskRecord) -> Iterator[Point]:
 
 
 def _parts_of(task: TaskRecord) -> Iterator[tuple[str, dict[str, str]]]:
-    yield "held", dict.fromkeys(task.hold.causes, "on")
+    yield "held", dict.fromkeys(task.hold.words, "on")
     yield "finally", {cleanup.id: cleanup.state for cleanup in task.ending.cleanups}
     yield "way home", {f"{one.agent}#{task.run}": one.state for one in task.agents.recovering}
 

@@ -24,6 +24,7 @@ from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import holds
+from formiga_bt.engine.kernel.causes import HoldCause, ResumeHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.index import DeadlineHeap
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, ClearanceDue, GraceDue, LiveDue, NodeDue, WallTimer
@@ -423,9 +424,9 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
     """Deadlines of a task that is HELD after an outage are forgotten."""
     hold = holds.hold
 
-    def holding(core: Core, task_id: str, cause: str) -> None:
+    def holding(core: Core, task_id: str, cause: HoldCause) -> None:
         hold(core, task_id, cause)
-        if cause == "resume" and core.state.tasks[task_id].hold.clock.paused:
+        if isinstance(cause, ResumeHold) and core.state.tasks[task_id].hold.clock.paused:
             core.put_part(task_id, "hold", clock=replace(core.task(task_id).hold.clock, paused=()))
 
     from formiga_bt.engine.restart import reconcile

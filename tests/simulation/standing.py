@@ -90,10 +90,10 @@ def _held_back(state: EngineState, step: inp.EngineStep) -> Found:
             goal, old = change.goal, state.goals.get(change.goal.id)
             task = tasks.get(goal.task) or state.tasks.get(goal.task)
             agent = state.agents.get(goal.agent)
-            if task is None or not task.hold.causes or agent is None or agent.human or goal.safety:
+            if task is None or not task.hold.words or agent is None or agent.human or goal.safety:
                 continue
             if old is None or old.state == "gated":
-                yield "held_back", f"{goal.id} leaves, its task is HELD: {', '.join(task.hold.causes)}"
+                yield "held_back", f"{goal.id} leaves, its task is HELD: {', '.join(task.hold.words)}"
 
 
 def _clocks(state: EngineState) -> Found:
@@ -104,7 +104,7 @@ def _clocks(state: EngineState) -> Found:
         if stands == (task.hold.clock.stands_since is None):
             yield (
                 "clock",
-                f"{task.id} is held by {task.hold.causes}, and its clock stands since {task.hold.clock.stands_since}",
+                f"{task.id} is held by {task.hold.words}, and its clock stands since {task.hold.clock.stands_since}",
             )
         if task.hold.clock.paused and not stands:
             yield (
@@ -114,7 +114,7 @@ def _clocks(state: EngineState) -> Found:
     for timer, deadline in state.deadlines.items():
         owner = state.tasks.get(deadline.task)
         if deadline.pausable and owner is not None and clock_stands(owner):
-            yield "clock", f"{timer} runs, and its task is held by {owner.hold.causes}"
+            yield "clock", f"{timer} runs, and its task is held by {owner.hold.words}"
 
 
 def _leaks(state: EngineState) -> Found:

@@ -230,7 +230,7 @@ class World:
                 case inp.Alarm(code, text):
                     self.tell(f"  ALARM {code}: {text}")
                 case inp.PublishState(task, status, code, reason):
-                    held = self.engine.state.tasks[task].hold.causes
+                    held = self.engine.state.tasks[task].hold.words
                     self.tell(f"  {task} {status} {code} {reason} {held or ''}".rstrip())
 
     def _watch(self, front: Any) -> None:

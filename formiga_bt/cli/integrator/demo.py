@@ -193,7 +193,7 @@ def _fly(demo: "ScenarioDemo", view: "LivePrinter", desk: Keyboard | None) -> bo
             if demo.driver.now() > until:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
             if left := demo.left_waiting():
-                names = ", ".join(f"{task.id} ({', '.join(task.hold.causes)})" for task in left)
+                names = ", ".join(f"{task.id} ({', '.join(task.hold.words)})" for task in left)
                 view.say(f"the scenario is over; what is left waits for a person's word that it does not have: {names}")
                 break
             for entry in demo.play_due():

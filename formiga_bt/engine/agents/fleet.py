@@ -23,6 +23,7 @@ from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import TakeOverHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, NotifyPeople, QueryGoal
@@ -495,15 +496,15 @@ class Fleet:
         """A pilot (or its own failsafe) ended a machine's goal: a person must hand it back."""
         agent = self._core.put_agent(goal.agent, taken=True)
         if goal.task:
-            hold(self._core, goal.task, f"take-over:{goal.agent}")
+            hold(self._core, goal.task, TakeOverHold(goal.agent))
         if agent.task and agent.task != goal.task:
-            hold(self._core, agent.task, f"take-over:{goal.agent}")
+            hold(self._core, agent.task, TakeOverHold(goal.agent))
 
     def _pilot_has(self, agent: AgentRecord) -> None:
         core = self._core
         core.put_agent(agent.id, taken=True)
         if agent.task:
-            hold(core, agent.task, f"take-over:{agent.id}")
+            hold(core, agent.task, TakeOverHold(agent.id))
         if agent.task or agent.landed != "grounded":
             core.effect(Alarm("taken_over", f"{agent.id} is not under the engine's control", agent.task, agent.id))
 

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.policy import Decision
+from formiga_bt.engine.kernel.causes import ClearanceHold, kind_and_agent
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, TaskRecord, Verdict
 from formiga_bt.lang.places import steps_around
@@ -80,9 +81,8 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
         return "ending"
     if model is None or task.system.agent or not model.preemptible:
         return "not_preemptible"
-    if any(
-        not cause.startswith("clearance:") for cause in task.hold.causes if not (lost and cause.endswith(f":{lost}"))
-    ):
+    others = [cause for cause in task.hold.causes if not lost or kind_and_agent(cause)[1] != lost]
+    if any(not isinstance(cause, ClearanceHold) for cause in others):
         return "held"
     agents = [core.state.agents[agent_id] for agent_id in task.agents.granted]
     mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]

@@ -15,6 +15,7 @@ from formiga_bt.base.energy import CALM, hover_pct
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
@@ -96,7 +97,7 @@ class Clearances:
                 ),
             )
         )  # fmt: skip
-        hold(core, goal.task, f"clearance:{goal.agent}")
+        hold(core, goal.task, ClearanceHold(goal.agent))
         core.set_deadline(ClearanceDue(goal.agent), core.now + self.patience_us(core.state.agents[goal.agent]))
         self._ask(goal.agent)
 
@@ -266,7 +267,7 @@ class Clearances:
         core.clear_deadline(ClearanceDue(record.agent))
         core.clear_deadline(ClearanceAgain(record.agent))
         core.emit(ch.ClearancePut(record.agent, None))
-        unhold(core, record.task, f"clearance:{record.agent}")
+        unhold(core, record.task, ClearanceHold(record.agent))
 
 
 def _ground(agent: AgentRecord) -> Place | None:

@@ -12,6 +12,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.energy import Power
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
 from formiga_bt.engine.goals.clearances import Clearances
+from formiga_bt.engine.kernel.causes import ClearanceHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
@@ -340,6 +341,6 @@ def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
     held = task.hold.causes
     if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
         stands = bool(task.system.agent) and agent.landed == "grounded"
-        return f"take-over:{agent.id}" in held or ("resume" in held and (section != "recover" or stands))
+        return TakeOverHold(agent.id) in held or (ResumeHold() in held and (section != "recover" or stands))
     # The clearance that a goal's own agent waits for is judged by the gate itself.
-    return any(cause != f"clearance:{agent.id}" for cause in held)
+    return any(cause != ClearanceHold(agent.id) for cause in held)

@@ -16,6 +16,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.energy import Power, power_of
 from formiga_bt.base.geo import Frame
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold
 from formiga_bt.engine.kernel.index import DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
@@ -403,4 +404,4 @@ class Core:
 
 def clock_stands(task: TaskRecord) -> bool:
     """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
-    return bool(task.hold.causes) and any(not cause.startswith("clearance:") for cause in task.hold.causes)
+    return any(not isinstance(cause, ClearanceHold) for cause in task.hold.causes)

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.causes import HoldCause, in_words
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served, TaskOutcome
@@ -273,11 +274,16 @@ class TaskAgents(Struct, frozen=True, kw_only=True, omit_defaults=True):
 class TaskHold(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """HELD: why, and the task's clock, which stands still meanwhile."""
 
-    causes: tuple[str, ...] = ()
-    """operator, clearance:<agent>, take-over:<agent>, lockdown, resume; none: it is not held."""
+    causes: tuple[HoldCause, ...] = ()
+    """None: it is not held."""
     found: dict[str, FoundMachine] = {}
     """While HELD (resume): its agents that were not as the engine had left them."""
     clock: TaskClock = TaskClock()
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return the causes as they are shown."""
+        return tuple(in_words(cause) for cause in self.causes)
 
 
 class TaskEvents(Struct, frozen=True, kw_only=True, omit_defaults=True):

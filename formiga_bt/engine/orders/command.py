@@ -10,6 +10,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.agents.process_identity import DOUBLE
 from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.kernel.causes import OperatorHold, ResumeHold, TakeOverHold, kind_and_agent, waits_for_word
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Operator
@@ -80,7 +81,7 @@ class Command:
             for one in family(core.state.tasks, self._task(target).id):
                 task = core.task(one)
                 if not task.system.agent:
-                    hold(core, task.id, "operator")
+                    hold(core, task.id, OperatorHold())
                 for agent in self._orders.machines_of(task):
                     self._orders.stop(agent, stop, by, "task", strict=False)
         else:
@@ -98,14 +99,14 @@ class Command:
         elif target:
             tasks = [core.task(one) for one in family(core.state.tasks, self._task(target).id)]
             machines = [agent for task in tasks for agent in self._orders.machines_of(task)]
-            if tasks[0].system.agent and "resume" in tasks[0].hold.causes:
+            if tasks[0].system.agent and ResumeHold() in tasks[0].hold.causes:
                 self._check_can_continue(machines[0], steps=False)
-                unhold(core, target, "resume")  # the order that it carries out stands
+                unhold(core, target, ResumeHold())  # the order that it carries out stands
             else:
                 self._continue_machines(machines, target, tasks)
         else:
             for task_id in list(core.open):
-                if any(_waits_for_word(cause) for cause in core.task(task_id).hold.causes):
+                if any(waits_for_word(cause) for cause in core.task(task_id).hold.causes):
                     self._try_continue(task_id)
             for name in list(core.state.orders):
                 self._try_continue(name)
@@ -129,7 +130,7 @@ class Command:
         core = self._core
         tasks = {t.id: t for t in (core.state.tasks.get(a.task) for a in machines) if t is not None}
         tasks |= {task.id: task for task in named}
-        held = any(_waits_for_word(c) for t in tasks.values() for c in t.hold.causes)
+        held = any(waits_for_word(c) for t in tasks.values() for c in t.hold.causes)
         ordered = [core.state.orders[a.id] for a in machines if a.id in core.state.orders]
         if not held and not ordered:
             raise TaskError("not_held", f"{target} was not stopped, there is nothing to continue")
@@ -140,8 +141,9 @@ class Command:
         for task in tasks.values():
             self._keep_stopped(task, machines)
             for cause in task.hold.causes:
-                mine = cause in ("operator", "resume") or cause.removeprefix("operator:") in [a.id for a in machines]
-                if _waits_for_word(cause) and (mine or task.id in [one.id for one in named]):
+                agent_id = kind_and_agent(cause)[1]
+                mine = not agent_id or agent_id in [a.id for a in machines]
+                if waits_for_word(cause) and (mine or task.id in [one.id for one in named]):
                     unhold(core, task.id, cause)
         for agent in machines:
             self._orders.resume(agent)
@@ -153,7 +155,7 @@ class Command:
             if any(agent.id == one.id for one in machines) or (order is not None and order.scope != "engine"):
                 continue  # one of the engine ends by itself, and holds nothing any more then
             if any(goal.state == "interrupted" and goal.section == "steps" for goal in self._orders.waiting(agent)):
-                hold(self._core, task.id, f"operator:{agent.id}")
+                hold(self._core, task.id, OperatorHold(agent.id))
 
     def _check_can_continue(self, agent: AgentRecord, *, steps: bool = True) -> None:
         core = self._core
@@ -205,7 +207,7 @@ class Command:
         if how == "return":
             self._orders.stop(agent, "return", by, "agent")
         for task_id in list(core.open):
-            unhold(core, task_id, f"take-over:{agent.id}")
+            unhold(core, task_id, TakeOverHold(agent.id))
         self._orders.resume(agent, steps=how != "return" and agent.id not in core.state.orders)
         self._orders.bring_home_if_idle(agent.id, by)
 
@@ -233,8 +235,3 @@ class Command:
             )
             raise TaskError("still_heard", f"{agent.id} {told}; only what counts as lost can be said to be removed")
         self._fleet.removed(agent.id, by)
-
-
-def _waits_for_word(cause: str) -> bool:
-    """Return whether `continue` ends a cause of HELD: a person's stop, or an outage of the engine."""
-    return cause.startswith("operator") or cause == "resume"

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import LockdownHold, OperatorHold
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm, LockdownOrder
@@ -47,7 +48,7 @@ class Lockdowns:
         core.effect(Alarm("lockdown", f"lockdown ({given.how}) by {given.by or 'an operator'}"))
         for task_id in list(core.open):
             if not core.task(task_id).system.agent:
-                hold(core, task_id, "lockdown")
+                hold(core, task_id, LockdownHold())
         for agent in list(core.state.agents.values()):
             self._press(agent, now, changed=old is not None)
 
@@ -75,13 +76,13 @@ class Lockdowns:
         core.stale.add(EVERYTHING)
         for task_id in list(core.open):
             task = core.task(task_id)
-            if task.system.agent or "lockdown" not in task.hold.causes:
+            if task.system.agent or LockdownHold() not in task.hold.causes:
                 continue
             goals = [g for g in core.state.goals.values() if g.task == task_id]
             stopped = any(a.id in core.state.orders for a in self._orders.machines_of(task))
             if task.section == "steps" and (stopped or any(g.state == "interrupted" for g in goals)):
-                hold(core, task_id, "operator")
-            unhold(core, task_id, "lockdown")
+                hold(core, task_id, OperatorHold())
+            unhold(core, task_id, LockdownHold())
         for order in list(core.state.orders.values()):
             if order.scope == "lockdown":
                 self._let_go(order)

@@ -24,6 +24,7 @@ from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import OperatorHold, waits_for_word
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
@@ -134,7 +135,7 @@ class StandingOrders:
         if task is None or task.system.agent or (task.section == "recover" and order.stop == "return"):
             return
         if scope in ("agent", "all"):
-            hold(self._core, task.id, f"operator:{agent.id}")
+            hold(self._core, task.id, OperatorHold(agent.id))
 
     def put(self, order: StandingOrder) -> None:
         """Record an order."""
@@ -363,7 +364,7 @@ class StandingOrders:
         if continuing.obstacle(self._core.state, agent, self._core.action) is None:
             self.resume(agent)
         elif agent.task:
-            hold(self._core, agent.task, f"operator:{agent_id}")  # a person must say what else
+            hold(self._core, agent.task, OperatorHold(agent_id))  # a person must say what else
 
     # -- ends ------------------------------------------------------------------------------------------------------
     def ended_by_word(self, task_id: str) -> None:
@@ -383,7 +384,7 @@ class StandingOrders:
                 if order.state != "open":
                     self._lift(order, agent)
         for cause in core.task(task_id).hold.causes:
-            if cause.startswith("operator") or cause == "resume":
+            if waits_for_word(cause):
                 unhold(core, task_id, cause)
 
     def cleanup_goes_on(self, task_id: str) -> None:

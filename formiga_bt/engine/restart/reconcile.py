@@ -29,6 +29,7 @@ from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.goals.goals import RESEND_US, Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold
 from formiga_bt.engine.kernel.overload import LATE
@@ -46,7 +47,7 @@ ASK_US: Final = 10 * SECOND
 ASK_AGAIN_US: Final = 2 * SECOND
 MOVED_M: Final = 30.0
 """A machine that only hovered or stood, and is this far from there now, was moved."""
-MARKS: Final = "resume"
+MARKS: Final = ResumeHold()
 """The cause of HELD."""
 
 

@@ -183,10 +183,10 @@ class Authority:
             return "lockdown", locked
         task = core.task(request.holder)
         if request.node and clock_stands(task):
-            return "held", ", ".join(task.hold.causes)
+            return "held", ", ".join(task.hold.words)
         parent = core.state.tasks.get(task.family.parent) if not task.family.detached else None
         if parent is not None and clock_stands(parent):
-            return "held", f"{parent.id}: {', '.join(parent.hold.causes)}"
+            return "held", f"{parent.id}: {', '.join(parent.hold.words)}"
         lack = self._lack(core.model(task), task.request.by)
         if lack:
             return "not_approved", lack

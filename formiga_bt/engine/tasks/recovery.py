@@ -13,6 +13,7 @@ from formiga_bt.base.energy import CALM, reach_m
 from formiga_bt.base.geo import Place
 from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.news import AllHome, NoWayHome
@@ -309,7 +310,7 @@ class Recovery:
         """The estimate is over: an alarm each minute. Who waits for a spot on which another stands looks for another spot."""
         core = self._core
         if (
-            "resume" not in core.task(task_id).hold.causes
+            ResumeHold() not in core.task(task_id).hold.causes
         ):  # else it stands, and a person has been asked what becomes of it
             core.effect(Alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id))
         if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).agents.recovering):

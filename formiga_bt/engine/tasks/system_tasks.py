@@ -9,6 +9,7 @@ from typing import Literal
 from formiga_bt.engine.agents.grants import assign, free_layer
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
 from formiga_bt.engine.kernel.records import (
@@ -110,7 +111,7 @@ class SystemTasks:
         for task_id in (order.task if order is not None else "", agent.task):
             task = core.state.tasks.get(task_id)
             if task is not None and task.system.agent == agent_id:
-                unhold(core, task_id, "resume")
+                unhold(core, task_id, ResumeHold())
 
     def start_recover(self, agent_id: str) -> None:
         """Start the system task that brings a machine home, unless an order does."""

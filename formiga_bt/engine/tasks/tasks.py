@@ -24,6 +24,7 @@ from formiga_bt.engine.allocator.preemption import may_rebind
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import LockdownHold, kind_and_agent, waits_for_word
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
 from formiga_bt.engine.kernel.inputs import Abort, PublishState
@@ -234,7 +235,7 @@ class Tasks:
             request=task.request,
             family=replace(task.family, children=()),
             hold=TaskHold(
-                causes=("lockdown",) if locked else (), clock=TaskClock(stands_since=core.now if locked else None)
+                causes=(LockdownHold(),) if locked else (), clock=TaskClock(stands_since=core.now if locked else None)
             ),
             events=TaskEvents(since=core.state.counters.get("agent_event", 0)),
             outcome=TaskOutcome(notes=task.outcome.notes),
@@ -318,7 +319,7 @@ class Tasks:
             core.put_part(task.id, "ending", abort_now=True)
             self._runs.of(task.id).cleanups.cut()
         elif task.section in ("on_abort", "finally", "recover"):
-            if any(cause.startswith("operator") or cause == "resume" for cause in task.hold.causes):
+            if any(waits_for_word(cause) for cause in task.hold.causes):
                 core.report(TaskEnds(task.id))  # it ends already, but somebody had stopped that
                 return ""
             raise TaskError("already_ending", f"{order.task} is already ending")
@@ -372,14 +373,12 @@ class Tasks:
             self.restart(task_id, "agent_lost", f"{agent_id} was lost")
             task = core.task(task_id)
         roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.agents.roles.items()}
-        held = tuple(c for c in task.hold.causes if not c.endswith(f":{agent_id}"))
         core.put_part(task_id, "agents", roles=roles)
         if agent_id in task.agents.releasing:
             core.wake(task_id, task.agents.releasing[agent_id].owner)
-        if held != task.hold.causes:
-            for cause in task.hold.causes:
-                if cause not in held:
-                    unhold(core, task_id, cause)
+        for cause in task.hold.causes:
+            if kind_and_agent(cause)[1] == agent_id:
+                unhold(core, task_id, cause)
         if task.section == "recover":
             self._recovery.agent_left(task_id, agent_id)
         core.touch(task_id)

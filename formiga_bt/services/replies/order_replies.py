@@ -6,6 +6,7 @@ Pure functions over the view's copy of the state.
 from collections.abc import Iterable, Mapping
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.causes import HoldCause
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
@@ -21,7 +22,7 @@ def machines(state: EngineState) -> list[AgentRecord]:
     return sorted((a for a in state.agents.values() if not a.human), key=listing)
 
 
-def held_tasks(state: EngineState) -> dict[str, tuple[str, ...]]:
+def held_tasks(state: EngineState) -> dict[str, tuple[HoldCause, ...]]:
     """Return the causes of each open task that is HELD."""
     return {task.id: task.hold.causes for task in state.tasks.values() if task.hold.causes and task.section != "done"}
 

@@ -167,7 +167,7 @@ class FoldedSource:
             task.request.by,
             task.outcome.reason,
             *agents_of(task),
-            *task.hold.causes,
+            *task.hold.words,
         )
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 

@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold, in_words
 from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState, apply
@@ -233,8 +234,8 @@ class Ledger:
         else:
             self._go_on(at, "pending", task.id)
         held = self.waiting.get(("held", task.id))
-        causes = [cause for cause in task.hold.causes if not cause.startswith("clearance:")]  # that is a question
-        text = "; ".join(hold_words(cause) for cause in causes)
+        causes = [cause for cause in task.hold.causes if not isinstance(cause, ClearanceHold)]  # that is a question
+        text = "; ".join(hold_words(in_words(cause)) for cause in causes)
         if held is not None and held.text != text:
             self._go_on(at, "held", task.id)
         if causes and task.section != "done":

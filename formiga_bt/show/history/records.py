@@ -31,7 +31,7 @@ def task_fact(index: UrgencyIndex, task: TaskRecord) -> TaskFact:
         id=task.id,
         name=task.name,
         status=task.status,
-        held=task.hold.causes,
+        held=task.hold.words,
         section="" if over else task.section,
         priority=task.request.priority,
         by=task.request.by,

@@ -4,9 +4,17 @@ An `UrgencyIndex` is made once per look at the site, so that thousands of tasks 
 """
 
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, assert_never
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.causes import (
+    ClearanceHold,
+    LockdownHold,
+    OperatorHold,
+    ResumeHold,
+    TakeOverHold,
+    in_words,
+)
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, TaskTime
 from formiga_bt.show.history.ledger import Ledger
@@ -86,12 +94,16 @@ class UrgencyIndex:
         if questions:
             return questions[0].number
         for cause in task.hold.causes:
-            word, _, agent = cause.partition(":")
-            if word == "take-over":
-                record = self.state.agents.get(agent)
-                return f"hand {agent} back" if record is not None and record.control == "engine" else ""
-            if word in ("operator", "resume"):
-                return "continue or end it"
+            match cause:
+                case TakeOverHold(agent):
+                    record = self.state.agents.get(agent)
+                    return f"hand {agent} back" if record is not None and record.control == "engine" else ""
+                case OperatorHold() | ResumeHold():
+                    return "continue or end it"
+                case ClearanceHold() | LockdownHold():
+                    pass
+                case _:
+                    assert_never(cause)
         return ""
 
     def rank(self, task: TaskRecord) -> tuple[int, Micros, int, Micros, int]:
@@ -125,9 +137,9 @@ class UrgencyIndex:
         if task.section == "done":
             return say(REASONS, task.outcome.code) if task.outcome.code else ""
         held = [
-            cause for cause in task.hold.causes if not cause.startswith("clearance:")
+            cause for cause in task.hold.causes if not isinstance(cause, ClearanceHold)
         ]  # of that there is a question
-        words = [f"held: {'; '.join(hold_words(cause) for cause in held)}"] if held else []
+        words = [f"held: {'; '.join(hold_words(in_words(cause)) for cause in held)}"] if held else []
         words += [
             f"{q.number} asks {', '.join(q.asked) or 'nobody'}, {span(self.now - q.asked_at)}"
             for q in self.questions.get(task.id, ())

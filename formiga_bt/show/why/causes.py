@@ -10,6 +10,16 @@ from typing import Final, assert_never
 
 from msgspec import Struct
 
+from formiga_bt.engine.kernel.causes import (
+    ClearanceHold,
+    HoldCause,
+    LockdownHold,
+    OperatorHold,
+    ResumeHold,
+    TakeOverHold,
+    in_words,
+    kind_and_agent,
+)
 from formiga_bt.engine.kernel.drains import is_over
 from formiga_bt.engine.kernel.records import AgentRequest, Cleanup, GoalRecord, Question, TaskRecord, request_id
 from formiga_bt.engine.kernel.state import EngineState
@@ -134,19 +144,22 @@ class _Waits:
         elif task.section == "recover":
             yield from self._way_home()
 
-    def _held(self, held: str) -> Cause:
+    def _held(self, held: HoldCause) -> Cause:
         state = self.state
-        word, _, agent_id = held.partition(":")
-        stands = True
-        if word == "lockdown":
-            stands = state.lockdown is not None
-        elif word == "clearance":
-            record = state.clearances.get(agent_id)
-            stands = record is not None and record.state in ("asked", "waiting")
-        elif word == "take-over":
-            agent = state.agents[agent_id]
-            stands = agent.taken or agent.control != "engine"
-        return Cause(f"held.{word}" if stands else "", "", held)
+        match held:
+            case LockdownHold():
+                stands = state.lockdown is not None
+            case ClearanceHold(agent_id):
+                record = state.clearances.get(agent_id)
+                stands = record is not None and record.state in ("asked", "waiting")
+            case TakeOverHold(agent_id):
+                agent = state.agents[agent_id]
+                stands = agent.taken or agent.control != "engine"
+            case OperatorHold() | ResumeHold():
+                stands = True
+            case _:
+                assert_never(held)
+        return Cause(f"held.{kind_and_agent(held)[0]}" if stands else "", "", in_words(held))
 
     # -- nodes ---------------------------------------------------------------------------------------------------------
     def _nodes(self) -> Iterator[Cause]:

@@ -7,6 +7,7 @@ deeper than what it explains. What was met before is not told again: then they w
 from collections.abc import Iterator
 from typing import Final
 
+from formiga_bt.engine.kernel.causes import kind_and_agent
 from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import cleared_machine
@@ -105,7 +106,7 @@ def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[
     if task.hold.causes:
         hint = " | ".join(ways_on(scene.state, task, scene.catalogue))
         for cause in task.hold.causes:
-            word, _, agent = cause.partition(":")
+            word, agent = kind_and_agent(cause)
             text = say(HOLDS, f"{word}:" if agent and f"{word}:" in HOLDS else word, agent=agent)
             asks = list(clearance_asked(scene, agent)) if word == "clearance" else []
             yield Because(f"held.{word}", f"{task.id} is HELD: {text}", "" if asks else hint, agent)

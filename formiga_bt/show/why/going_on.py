@@ -5,6 +5,7 @@ Pure functions over a state. They ask what the engine itself asks (`engine.order
 
 from collections.abc import Iterator
 
+from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.orders.continuing import came_down, obstacle
@@ -69,7 +70,7 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
     """Return the commands that a person may give for a stopped task, none of which would be refused now."""
     if state.lockdown is not None:
         return ["formiga lockdown release"]
-    if (task.section != "steps" and "resume" not in task.hold.causes) or task.ending.stopping:
+    if (task.section != "steps" and ResumeHold() not in task.hold.causes) or task.ending.stopping:
         return [f"formiga why {task.id}"]
     system = bool(task.system.agent)  # only another order ends what carries out an order
     end = [] if system else [f"formiga abort {task.id}"]

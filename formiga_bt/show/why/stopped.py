@@ -5,7 +5,17 @@ Pure functions over a state, part of `why`.
 
 import math
 from collections.abc import Iterator
+from typing import assert_never
 
+from formiga_bt.engine.kernel.causes import (
+    ClearanceHold,
+    HoldCause,
+    LockdownHold,
+    OperatorHold,
+    ResumeHold,
+    TakeOverHold,
+    kind_and_agent,
+)
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.orders.continuing import came_down, climbs_to_m, is_done
@@ -72,34 +82,40 @@ def _machines_of(task: TaskRecord) -> list[str]:
     return list(dict.fromkeys([*task.agents.granted, *([task.system.agent] if task.system.agent else [])]))
 
 
-def _held(scene: WhyScene, task: TaskRecord, cause: str, told: set[str]) -> Because:
+def _held(scene: WhyScene, task: TaskRecord, cause: HoldCause, told: set[str]) -> Because:
     state, catalogue = scene.state, scene.catalogue
-    word, _, agent_id = cause.partition(":")
+    word, agent_id = kind_and_agent(cause)
     text = say(HOLDS, f"{word}:" if agent_id and f"{word}:" in HOLDS else word, agent=agent_id)
     hint = ""
     order = state.orders.get(agent_id)
     agent = state.agents.get(agent_id)
-    match word:
-        case "operator":
+    match cause:
+        case OperatorHold():
             hint = " | ".join(ways_on(state, task, catalogue))
             if order is not None:
                 told.add(agent_id)
                 text = f"{given(order, scene.now)}: {doing(state, order, scene.now, scene.wall)}"
-        case "resume":
+        case ResumeHold():
             text += _found(state, task)
             hint = " | ".join(ways_on(state, task, catalogue))
-        case "lockdown":
+        case LockdownHold():
             hint = "formiga lockdown release"
             found = state.lockdown
             if found is not None:
                 text += f" ({found.how}) by {found.by or 'somebody'} since {span(scene.now - found.at)}"
-        case "take-over" if agent is not None:
-            if agent.control == "engine":
+        case TakeOverHold():
+            if agent is None:
+                pass
+            elif agent.control == "engine":
                 text += "; it has been given back, and a person must say what becomes of it"
                 hint = f"formiga handback {agent_id} --continue|--return|--end"
             else:
                 text += f"; once its {agent.control} gives it back: formiga handback {agent_id}"
                 text += " --continue|--return|--end"
+        case ClearanceHold():
+            pass
+        case _:
+            assert_never(cause)
     return Because(f"held.{word}", f"HELD: {text}", hint, agent_id)
 
 

@@ -301,7 +301,7 @@ def test_while_a_pilot_has_the_machine_timers_stand_still(make: Make) -> None:
     yard.cart.side.take_control("pilot")
     yard.run_for(1000)
 
-    assert yard.task(task).hold.causes == ("take-over:c1",)
+    assert yard.task(task).hold.words == ("take-over:c1",)
     yard.cart.side.take_control("engine")
     yard.run_for(1)
     yard.ask(Operator("handback_end", "c1"))
@@ -333,7 +333,7 @@ def test_a_goal_refused_because_a_pilot_just_took_over_counts_as_taken_over(make
     yard.cart.side.take_control("pilot")  # its status is under way when the goal leaves
     yard.run_for(2)
 
-    assert yard.task(task).hold.causes == ("take-over:c1",)
+    assert yard.task(task).hold.words == ("take-over:c1",)
     yard.abort(task)
 
 

@@ -185,7 +185,7 @@ class TestWhoMayNotBeAsked:
 
         urgent = yard.start("Sos")
 
-        assert yard.task(mine).hold.causes == ("operator",)
+        assert yard.task(mine).hold.words == ("operator",)
         assert (yard.task(mine).restart.why, yard.task(urgent).status) == ("", "PENDING")
         yard.abort(urgent)
         yard.abort(mine)

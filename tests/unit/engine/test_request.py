@@ -207,7 +207,7 @@ def test_a_stop_of_the_parent_stops_its_child_and_continue_goes_on_with_both(mak
     look = child(yard, mine).id
     yard.ask(Operator(stop, mine, "ann"))  # type: ignore[arg-type]
 
-    assert (yard.task(mine).hold.causes, yard.task(look).hold.causes) == (("operator",), ("operator",))
+    assert (yard.task(mine).hold.words, yard.task(look).hold.words) == (("operator",), ("operator",))
     assert yard.engine.state.orders["c1"].scope == "task"
     yard.run_for(300)
     assert child(yard, mine).status == "ACTIVE"
@@ -215,7 +215,7 @@ def test_a_stop_of_the_parent_stops_its_child_and_continue_goes_on_with_both(mak
     yard.ask(Operator("continue", mine, "ann"))
     yard.run_for(0.3)
 
-    assert (yard.task(mine).hold.causes, yard.task(look).hold.causes, yard.engine.state.orders) == ((), (), {})
+    assert (yard.task(mine).hold.words, yard.task(look).hold.words, yard.engine.state.orders) == ((), (), {})
     for action in ("Rise", "Move", "Home"):
         step(yard, action)
     assert yard.outcome(mine) == ("SUCCEEDED", "")
@@ -226,11 +226,11 @@ def test_a_stop_reaches_the_tasks_that_a_child_requested(make: Make) -> None:
     mine = yard.start()
     look = child(yard, child(yard, mine).id)
     yard.ask(Operator("hold", mine, "ann"))
-    assert yard.task(look.id).hold.causes == ("operator",)
+    assert yard.task(look.id).hold.words == ("operator",)
 
     yard.ask(Operator("continue", child(yard, mine).id, "ann"))
 
-    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes, yard.task(look.id).hold.causes) == (
+    assert (yard.task(mine).hold.words, child(yard, mine).hold.words, yard.task(look.id).hold.words) == (
         ("operator",),
         (),
         (),
@@ -243,7 +243,7 @@ def test_a_stop_leaves_a_detached_child_alone(make: Make) -> None:
 
     yard.ask(Operator("hold", mine, "ann"))
 
-    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes, yard.engine.state.orders) == (
+    assert (yard.task(mine).hold.words, child(yard, mine).hold.words, yard.engine.state.orders) == (
         ("operator",),
         (),
         {},
@@ -277,7 +277,7 @@ def test_what_cannot_go_on_keeps_the_whole_family_held(make: Make, wording: Word
 
     assert refused.value.code == "cannot_continue"
     wording(str(refused.value))
-    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == (("operator",), ("operator",))
+    assert (yard.task(mine).hold.words, child(yard, mine).hold.words) == (("operator",), ("operator",))
     yard.abort(mine)
     yard.run_for(1)
     assert yard.outcome(mine) == ("CANCELED", "aborted")
@@ -328,11 +328,11 @@ def test_after_a_lockdown_a_child_that_it_stopped_goes_on_with_its_parent(make: 
     yard, mine = started(make)
     step(yard, "Rise")
     yard.ask(LockdownOrder(how, "ann"))  # type: ignore[arg-type]
-    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == (("lockdown",), ("lockdown",))
+    assert (yard.task(mine).hold.words, child(yard, mine).hold.words) == (("lockdown",), ("lockdown",))
     yard.run_for(1)
 
     yard.ask(LockdownOrder("release", "ann"))
-    assert "operator" in child(yard, mine).hold.causes
+    assert "operator" in child(yard, mine).hold.words
 
     yard.abort(mine)
     yard.run_for(0.5)
@@ -345,7 +345,7 @@ def test_a_child_stopped_by_a_lockdown_waits_for_the_word_to_its_parent(make: Ma
     yard.run_for(1)
     yard.ask(LockdownOrder("release", "ann"))
     yard.run_for(30)
-    assert (yard.task(mine).hold.causes, child(yard, mine).hold.causes) == ((), ("operator",))
+    assert (yard.task(mine).hold.words, child(yard, mine).hold.words) == ((), ("operator",))
 
     yard.ask(Operator("continue", mine, "ann"))
     yard.run_for(0.3)

@@ -11,6 +11,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.causes import LockdownHold
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
 from formiga_bt.engine.kernel.records import GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Accepted
@@ -196,7 +197,7 @@ def test_what_waits_for_a_word_that_nobody_says_is_told_apart_from_what_goes_on(
         request=TaskRequest(bundle=""),
         status="ACTIVE",
         section="steps",
-        hold=TaskHold(causes=("lockdown",)),
+        hold=TaskHold(causes=(LockdownHold(),)),
     )
     ended = TaskRecord(id="B-2", name="B", order=2, request=TaskRequest(bundle=""), status="SUCCEEDED", section="done")
     goal = GoalRecord(id="A-1/1/x", agent="lwd_1", action="GoTo", task="A-1", state="running")

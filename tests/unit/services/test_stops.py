@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.causes import HoldCause, LockdownHold, OperatorHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
 from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
 from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Lockdown, SystemOrder, TaskFamily, TaskHold
@@ -29,14 +30,14 @@ INTERRUPTED = GoalRecord(
 )
 
 
-def held(*causes: str) -> TaskPut:
+def held(*causes: HoldCause) -> TaskPut:
     return TaskPut(task("PickUp-3", "hwd_1", hold=TaskHold(causes=causes)))
 
 
 # -- stops -----------------------------------------------------------------------------------------------------------------
 def test_a_hold_tells_how_long_the_machine_hovers_and_what_to_say_then(paper: Paper, wording: Wording) -> None:
     deadline = DeadlineSet(OrderDue("hwd_1"), Deadline(NOW + 660 * SECOND, 1))
-    paper.then(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"), deadline)
+    paper.then(OrderPut("hwd_1", order("hwd_1", "hold")), held(OperatorHold("hwd_1")), deadline)
 
     reply = paper.stops.agent("hwd_1", "hold", "eve")
 
@@ -47,7 +48,7 @@ def test_a_hold_tells_how_long_the_machine_hovers_and_what_to_say_then(paper: Pa
 
 
 def test_the_same_order_again_stands_already(paper: Paper, wording: Wording) -> None:
-    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"))
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held(OperatorHold("hwd_1")))
 
     reply = paper.stops.agent("hwd_1", "hold", "adam")
 
@@ -62,7 +63,7 @@ def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
 ) -> None:
     monkeypatch.setattr("time.clock_gettime_ns", lambda _: 12_000_000_000)
     silent = machine("hwd_1", liveness="SUSPECT", heard_wall=7 * SECOND, landed=landed)
-    paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"))
+    paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", "hold")), held(OperatorHold("hwd_1")))
 
     reply = paper.stops.agent("hwd_1", "hold", "eve")
 
@@ -196,7 +197,7 @@ def test_a_hold_without_the_charge_for_it_is_a_return_and_says_so(paper: Paper, 
 
 def test_a_stop_of_a_task_goes_to_its_machines_only(paper: Paper) -> None:
     paper.put(AgentPut(machine("hwd_2", task="PickUp-4")))
-    paper.then(OrderPut("hwd_1", order("hwd_1", "return", scope="task")), held("operator"))
+    paper.then(OrderPut("hwd_1", order("hwd_1", "return", scope="task")), held(OperatorHold()))
 
     reply = paper.stops.task("PickUp-3", "return")
 
@@ -241,7 +242,7 @@ def test_each_refusal_says_what_helps(paper: Paper, code: str, hint: str) -> Non
 
 # -- going on ----------------------------------------------------------------------------------------------------------------
 def test_continue_tells_what_goes_on(paper: Paper, wording: Wording) -> None:
-    paper.put(OrderPut("hwd_1", order("hwd_1", "hold", scope="task")), held("operator"))
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold", scope="task")), held(OperatorHold()))
     paper.then(OrderPut("hwd_1", None), held())
 
     reply = paper.stops.task("PickUp-3", "continue")
@@ -251,8 +252,8 @@ def test_continue_tells_what_goes_on(paper: Paper, wording: Wording) -> None:
 
 
 def test_continue_of_one_cause_tells_the_others(paper: Paper, wording: Wording) -> None:
-    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1", "take-over:hwd_2"))
-    paper.then(OrderPut("hwd_1", None), held("take-over:hwd_2"))
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held(OperatorHold("hwd_1"), TakeOverHold("hwd_2")))
+    paper.then(OrderPut("hwd_1", None), held(TakeOverHold("hwd_2")))
 
     (left,) = paper.stops.agent("hwd_1", "continue").skipped
 
@@ -261,7 +262,7 @@ def test_continue_of_one_cause_tells_the_others(paper: Paper, wording: Wording) 
 
 
 def test_continue_of_all_names_the_tasks_that_it_passed_over(paper: Paper) -> None:
-    paper.put(held("operator"))
+    paper.put(held(OperatorHold()))
 
     reply = paper.stops.all("continue")
 
@@ -271,7 +272,7 @@ def test_continue_of_all_names_the_tasks_that_it_passed_over(paper: Paper) -> No
 
 
 def test_continue_of_all_tells_a_task_that_ended_at_once(paper: Paper, wording: Wording) -> None:
-    paper.put(held("resume"))
+    paper.put(held(ResumeHold()))
     paper.then(TaskPut(task("PickUp-3", "hwd_1", section="done", status="SUCCEEDED")))
 
     wording(paper.stops.all("continue").text)
@@ -313,7 +314,7 @@ def test_a_restart_tells_of_a_machine_that_was_ordered_by_itself(paper: Paper, w
 
 
 def test_continue_of_all_tells_why_a_task_stays_held(paper: Paper, wording: Wording) -> None:
-    paper.put(AgentPut(machine("hwd_1", taken=True)), held("operator", "take-over:hwd_1"))
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held(OperatorHold(), TakeOverHold("hwd_1")))
 
     (left,) = paper.stops.all("continue").skipped
 
@@ -325,8 +326,8 @@ def test_after_a_release_what_cannot_go_on_is_not_proposed_to(paper: Paper, word
     goal = GoalRecord(
         id="g", agent="hwd_1", action="GoTo", task="PickUp-3", section="steps", state="interrupted", code="stopped"
     )
-    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held("lockdown"), GoalPut(goal))
-    paper.then(LockdownPut(None), held("operator"), AgentPut(machine("hwd_1", landed="grounded")))
+    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held(LockdownHold()), GoalPut(goal))
+    paper.then(LockdownPut(None), held(OperatorHold()), AgentPut(machine("hwd_1", landed="grounded")))
 
     reply = paper.stops.lockdown("release", "eve")
 
@@ -376,8 +377,8 @@ def test_a_second_lockdown_lists_all_machines_under_its_order_also_those_that_st
 
 
 def test_a_release_names_the_tasks_that_wait_for_a_word(paper: Paper, wording: Wording) -> None:
-    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held("lockdown"))
-    paper.then(LockdownPut(None), held("operator"))
+    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held(LockdownHold()))
+    paper.then(LockdownPut(None), held(OperatorHold()))
 
     reply = paper.stops.lockdown("release", "eve")
 
@@ -399,21 +400,21 @@ def test_a_release_without_lockdown_is_no_error(paper: Paper) -> None:
         ("continue", (), "hwd_1 is the engine's again; PickUp-3 goes on", "formiga agents"),
         ("end", (), "hwd_1 is the engine's again; its interrupted step fails (taken_over)", "formiga agents"),
         (
-            "end", ("resume",),
+            "end", (ResumeHold(),),
             "hwd_1 is the engine's again; its interrupted step fails (taken_over), and PickUp-3 waits for your word",
             "formiga continue PickUp-3",
         ),
         (
-            "return", ("operator:hwd_1",),
+            "return", (OperatorHold("hwd_1"),),
             "hwd_1 is the engine's again; it flies to its port, then PickUp-3 waits for your word",
             "formiga continue PickUp-3",
         ),
     ],
 )  # fmt: skip
 def test_a_handback_says_what_becomes_of_the_task(
-    paper: Paper, how: str, held_by: tuple[str, ...], text: str, following: str
+    paper: Paper, how: str, held_by: tuple[HoldCause, ...], text: str, following: str
 ) -> None:
-    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1"), GoalPut(INTERRUPTED))
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held(TakeOverHold("hwd_1")), GoalPut(INTERRUPTED))
     paper.then(AgentPut(machine("hwd_1")), held(*held_by))
 
     reply = paper.stops.hand_back("hwd_1", how, "eve")
@@ -430,10 +431,10 @@ def test_a_handback_says_what_becomes_of_the_task(
     ],
 )
 def test_a_handback_that_ends_nothing_says_so_and_how_to_end_the_task(
-    paper: Paper, held_by: tuple[str, ...], following: list[str], wording: Wording
+    paper: Paper, held_by: tuple[HoldCause, ...], following: list[str], wording: Wording
 ) -> None:
     home = GoalRecord(id="h", agent="hwd_1", action="LandIn", task="PickUp-3", section="recover", state="interrupted")
-    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1", *held_by), GoalPut(home))
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held(TakeOverHold("hwd_1"), *held_by), GoalPut(home))
     paper.then(AgentPut(machine("hwd_1")), held(*held_by))
 
     reply = paper.stops.hand_back("hwd_1", "end", "eve")
@@ -443,8 +444,8 @@ def test_a_handback_that_ends_nothing_says_so_and_how_to_end_the_task(
 
 
 def test_a_handback_does_not_promise_what_an_order_forbids(paper: Paper, wording: Wording) -> None:
-    paper.put(AgentPut(machine("hwd_1", taken=True)), held("operator:hwd_1", "take-over:hwd_1"))
-    paper.then(AgentPut(machine("hwd_1")), held("operator:hwd_1"), OrderPut("hwd_1", order("hwd_1", "hold")))
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held(OperatorHold("hwd_1"), TakeOverHold("hwd_1")))
+    paper.then(AgentPut(machine("hwd_1")), held(OperatorHold("hwd_1")), OrderPut("hwd_1", order("hwd_1", "hold")))
 
     reply = paper.stops.hand_back("hwd_1", "continue", "eve")
 

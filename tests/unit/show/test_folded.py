@@ -6,6 +6,7 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold, OperatorHold, TakeOverHold
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
@@ -84,7 +85,7 @@ def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_statu
         question(2, 6, None),
         task(7, "SUCCEEDED", times=TaskTimes(ended_at=SECOND)),
         task(8, "FAILED", times=TaskTimes(ended_at=2 * SECOND), outcome=TaskOutcome(code="timeout")),
-        task(9, hold=TaskHold(causes=("operator",))),
+        task(9, hold=TaskHold(causes=(OperatorHold(),))),
     )
 
     now = board.source.now()
@@ -198,14 +199,14 @@ def test_what_a_task_does_is_said_in_few_words(wording: Wording) -> None:
         phase="on its way",
     )
     board(
-        task(1, hold=TaskHold(causes=("take-over:c1",))),
+        task(1, hold=TaskHold(causes=(TakeOverHold("c1"),))),
         ch.GoalPut(flight),
         ch.AgentPut(AgentRecord(id="c1", type="cart", control="engine")),
     )
     (one,) = board.source.now().tasks
     wording(one.doing)
     assert one.needs == "hand c1 back"
-    board(task(1, hold=TaskHold(causes=("clearance:c1",))), question(4, 1, None), ch.GoalDrop(flight.id))
+    board(task(1, hold=TaskHold(causes=(ClearanceHold("c1"),))), question(4, 1, None), ch.GoalDrop(flight.id))
     (one,) = board.source.now().tasks
     wording(one.doing)
     (asked,) = board.source.now().questions
@@ -218,7 +219,7 @@ def test_a_machine_that_waits_for_people_to_stand_clear_gives_up_when_its_own_pa
         id="clear/c1/1", number="Q1", task="T-1", priority="medium", kind="clearance", text="Clear?", options=("clear",),
         tiers=(("eve",),), asked_at=SECOND, expires_at=300 * SECOND,
     )  # fmt: skip
-    board(task(1, hold=TaskHold(causes=("clearance:c1",))), ch.QuestionPut(asked), due(ClearanceDue("c1"), 45))
+    board(task(1, hold=TaskHold(causes=(ClearanceHold("c1"),))), ch.QuestionPut(asked), due(ClearanceDue("c1"), 45))
 
     now = board.source.now()
     assert [(one.lapses_at, one.clears) for one in now.questions] == [(45 * SECOND, "c1")]
@@ -230,7 +231,7 @@ def test_the_top_line_says_what_a_person_must_see_first(wording: Wording) -> Non
     board = Board()
     airborne = AgentRecord(id="c1", type="cart", landed="airborne", liveness="ALIVE", control="pilot", taken=True)
     board(
-        task(1, hold=TaskHold(causes=("take-over:c1",))),
+        task(1, hold=TaskHold(causes=(TakeOverHold("c1"),))),
         question(1, 1, None),
         ch.AgentPut(airborne),
         ch.AgentPut(AgentRecord(id="c2", type="cart", liveness="LOST", quarantine="lost")),

@@ -5,6 +5,7 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold, LockdownHold, TakeOverHold
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Refusal
@@ -109,9 +110,9 @@ def test_a_wait_at_the_gate_is_a_row_unless_the_goal_leaves_at_once() -> None:
 def test_a_hold_is_a_row_for_each_cause_and_a_clearance_is_told_as_its_question() -> None:
     feed = Feeder()
     feed(task(1))
-    feed(task(1, hold=TaskHold(causes=("clearance:hwd_1",))))
-    feed(task(1, hold=TaskHold(causes=("clearance:hwd_1", "take-over:hwd_1"))))
-    feed(task(1, hold=TaskHold(causes=("lockdown",))))
+    feed(task(1, hold=TaskHold(causes=(ClearanceHold("hwd_1"),))))
+    feed(task(1, hold=TaskHold(causes=(ClearanceHold("hwd_1"), TakeOverHold("hwd_1")))))
+    feed(task(1, hold=TaskHold(causes=(LockdownHold(),))))
     feed(task(1, "done"))
 
     waits = [(row.kind, row.start, row.end, row.text) for row in feed.ledger.stories["T-1"].waits]

@@ -10,6 +10,7 @@ from agents_sim.referee import Crash, Pass, Verdict
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import LockdownHold, OperatorHold
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, PublishState, Started
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
@@ -159,7 +160,7 @@ def test_the_live_display_shows_held_tasks_as_held(log: RunLog) -> None:
             3,
             6 * SECOND,
             Started(1),
-            (task("ACTIVE", section="steps", hold=TaskHold(causes=("operator",))), ch.GoalDrop("g")),
+            (task("ACTIVE", section="steps", hold=TaskHold(causes=(OperatorHold(),))), ch.GoalDrop("g")),
             (),
         )
     )
@@ -180,7 +181,7 @@ def test_the_live_display_shows_lockdown_on_top_and_the_order_on_each_machine(lo
         ch.LockdownPut(Lockdown("return", "eve", 0)),
         ch.OrderPut("hwd_1", order),
         ch.AgentPut(replace(agent, taken=True, control="pilot", breach="!reserve")),
-        task("ACTIVE", section="steps", hold=TaskHold(causes=("lockdown",))),
+        task("ACTIVE", section="steps", hold=TaskHold(causes=(LockdownHold(),))),
         goal("interrupted", code="stopped"),
     )
     log.feed(EngineStep(3, 6 * SECOND, Started(1), changes, ()))

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.causes import ClearanceHold, OperatorHold
 from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep, NotifyPeople, PublishState, Started
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
@@ -76,7 +77,10 @@ def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder, wordi
     feed(task("PENDING"), effects=(PublishState("T-1", "PENDING"),))
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     feed(task("ACTIVE", outcome=TaskOutcome(reason="of no interest")))
-    feed(task("ACTIVE", hold=TaskHold(causes=("clearance:hwd_1", "operator"))), effects=(PublishState("T-1", "HELD"),))
+    feed(
+        task("ACTIVE", hold=TaskHold(causes=(ClearanceHold("hwd_1"), OperatorHold()))),
+        effects=(PublishState("T-1", "HELD"),),
+    )
     feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     last = (NotifyPeople("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
     feed(task("FAILED", outcome=TaskOutcome(code="timeout", reason="too slow")), effects=last)

@@ -161,7 +161,7 @@ def test_a_busy_engine_goes_on_while_the_disk_is_waited_for_and_nobody_is_answer
     disk.open.set()
     assert first.result(5.0) == Accepted("MoveTask-1")
     assert orders[0].result(5.0) == Done()
-    until(lambda: wire.goals or engine.state.tasks["MoveTask-1"].hold.causes)
+    until(lambda: wire.goals or engine.state.tasks["MoveTask-1"].hold.words)
     slow.stop()
     assert [step.seq for step in disk.steps] == list(range(1, len(disk.steps) + 1)), "in order, and all"
 

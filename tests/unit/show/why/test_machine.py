@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.causes import ClearanceHold
 from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Question, TaskHold
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import ClearanceDue
@@ -79,7 +80,7 @@ def test_a_quarantine_tells_what_a_person_can_say(
 def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_time_that_is_left(
     state: EngineState, wording: Wording
 ) -> None:
-    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=("clearance:hwd_1",)))
+    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=(ClearanceHold("hwd_1"),)))
     state.goals["g"] = GoalRecord(
         id="g", agent="hwd_1", action="LandIn", task="PickUp-3", section="steps", state="gated", code="clearance"
     )

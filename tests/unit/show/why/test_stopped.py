@@ -6,6 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.causes import HoldCause, LockdownHold, OperatorHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.records import (
     FoundMachine,
     GoalRecord,
@@ -51,7 +52,7 @@ def one(state: EngineState, code: str, catalogue: Catalogue | None = None) -> Be
     return line
 
 
-def held(state: EngineState, *causes: str, found: dict[str, FoundMachine] | None = None, **fields: Any) -> None:
+def held(state: EngineState, *causes: HoldCause, found: dict[str, FoundMachine] | None = None, **fields: Any) -> None:
     state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", hold=TaskHold(causes=causes, found=found or {}), **fields)
 
 
@@ -70,7 +71,7 @@ def goal(known: EngineState, **fields: Any) -> None:
 def test_a_stop_of_one_machine_says_who_stopped_it_what_it_does_and_what_to_say(
     state: EngineState, wording: Wording
 ) -> None:
-    held(state, "operator:hwd_1")
+    held(state, OperatorHold("hwd_1"))
     state.orders["hwd_1"] = order("hwd_1", "hold")
 
     line = one(state, "held.operator")
@@ -80,7 +81,7 @@ def test_a_stop_of_one_machine_says_who_stopped_it_what_it_does_and_what_to_say(
 
 
 def test_a_task_that_was_interrupted_by_a_lockdown_waits_for_a_word(state: EngineState, wording: Wording) -> None:
-    held(state, "operator")
+    held(state, OperatorHold())
     wording(one(state, "held.operator").text)
 
 
@@ -116,7 +117,7 @@ def test_what_was_found_after_an_outage_is_told_and_says_whether_it_can_go_on(
     hint: str,
     wording: Wording,
 ) -> None:
-    held(state, "resume", found=found, **fields)
+    held(state, ResumeHold(), found=found, **fields)
     state.agents["hwd_1"] = machine("hwd_1", landed=landed)
     line = one(state, "held.resume")
     wording(line.text)
@@ -124,7 +125,7 @@ def test_what_was_found_after_an_outage_is_told_and_says_whether_it_can_go_on(
 
 
 def test_lockdown_says_by_whom_and_how_to_release_it(state: EngineState, wording: Wording) -> None:
-    held(state, "lockdown")
+    held(state, LockdownHold())
     state.lockdown = Lockdown("hold", "eve", NOW - 40 * SECOND)
     line = one(state, "held.lockdown")
     wording(line.text)
@@ -149,7 +150,7 @@ def test_lockdown_says_by_whom_and_how_to_release_it(state: EngineState, wording
     ],
 )
 def test_a_take_over_says_whose_turn_it_is(state: EngineState, control: str, text: str, hint: str) -> None:
-    held(state, "take-over:hwd_1")
+    held(state, TakeOverHold("hwd_1"))
     state.agents["hwd_1"] = machine("hwd_1", control=control, taken=True)
     line = one(state, "held.take-over")
     assert (line.text, line.hint) == (text, hint)
@@ -281,7 +282,9 @@ def test_each_limit_of_the_envelope_has_words_and_an_unknown_one_too(wording: Wo
 def test_a_task_names_the_open_tasks_that_it_requested(state: EngineState, wording: Wording) -> None:
     state.tasks["PickUp-3"] = task("PickUp-3", family=TaskFamily(children=("Look-4", "Look-5", "Look-6")))
     state.tasks["Look-4"] = task("Look-4", family=TaskFamily(parent="PickUp-3"), section="done", status="SUCCEEDED")
-    state.tasks["Look-5"] = task("Look-5", family=TaskFamily(parent="PickUp-3"), hold=TaskHold(causes=("operator",)))
+    state.tasks["Look-5"] = task(
+        "Look-5", family=TaskFamily(parent="PickUp-3"), hold=TaskHold(causes=(OperatorHold(),))
+    )
     state.tasks["Look-6"] = task(
         "Look-6", family=TaskFamily(parent="PickUp-3", detached=True), status="PENDING", section=""
     )
@@ -309,13 +312,17 @@ def test_a_requested_task_names_who_requested_it(
 def test_a_parent_whose_ended_child_was_forgotten_is_explained_all_the_same(
     state: EngineState, wording: Wording
 ) -> None:
-    held(state, "operator", family=TaskFamily(children=("Look-4",)))
+    held(state, OperatorHold(), family=TaskFamily(children=("Look-4",)))
     wording(one(state, "held.operator").hint)
 
 
 def test_an_explanation_does_not_send_to_itself_and_helps_once(state: EngineState) -> None:
     state.tasks["PickUp-3"] = task(
-        "PickUp-3", "hwd_1", hold=TaskHold(causes=("operator", "operator:hwd_1")), section="finally", status="ENDING"
+        "PickUp-3",
+        "hwd_1",
+        hold=TaskHold(causes=(OperatorHold(), OperatorHold("hwd_1"))),
+        section="finally",
+        status="ENDING",
     )
     state.orders["hwd_1"] = order("hwd_1", "hold")
     assert all("formiga why PickUp-3" not in line.hint for line in told(state))
