@@ -197,8 +197,8 @@ def _flown(task: Task, values: Mapping[str, Any], world: World, scene: Scene) ->
         homes = {agent.id: place_of(world, agent.home) for agent in world.site.agents.values() if agent.home}
         return Flown(
             status=record.status if in_time else "UNFINISHED",
-            code=record.code,
-            reason=record.reason,
+            code=record.outcome.code,
+            reason=record.outcome.reason,
             end_s=(ended - zero) / 1e6,
             machines={
                 one.id: Machine(id=one.id, type=one.type, home=homes[one.id], way=tape.way(one.id, zero, rehearsal.now))

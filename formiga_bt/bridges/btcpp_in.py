@@ -163,7 +163,7 @@ class _Importer:
         fit = [t.name for t in types if wanted and not t.human and wanted <= set(t.actions)]
         if len(fit) == 1:
             return {"type": fit[0]}
-        said = "choose the agent type; formiga check tells which types have the actions"
+        said = "choose the agent type; formiga check shows which types have the actions"
         return {TODO: [said], "type": "robot"}
 
     # -- subtrees -----------------------------------------------------------------------------------------------------

@@ -165,7 +165,7 @@ OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
                 },
                 "Put a question to people.",
             ),
-            OwnNode("Notify", "Action", _ins("text", "to", "severity"), "Tell people; never fails."),
+            OwnNode("Notify", "Action", _ins("text", "to", "severity"), "Notify people; never fails."),
             OwnNode("Release", "Action", _ins("agent"), "Give an agent back."),
             OwnNode("WaitUntil", "Action", _ins("cond"), "Run until the expression is true."),
             OwnNode(

@@ -148,7 +148,7 @@ def with_journal(error: NoEngine, site: Path | None, url: str) -> NoEngine:
     head = "        " if "\n  help: " in said else "  help: "
     return NoEngine(
         f"{said}\n{head}its journal is there: formiga replay --text{of} lists the tasks, "
-        f"formiga show TASK-ID{of} and formiga why TASK-ID{of} tell of one"
+        f"formiga show TASK-ID{of} and formiga why TASK-ID{of} show one"
     )
 
 

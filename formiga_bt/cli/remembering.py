@@ -75,7 +75,7 @@ class Remembering(Client):
                 if began is not None and began > machine.last - wanted:
                     found = past(JournalSource(machine))
                     when = in_words(began, self._zone())
-                    print(f"the engine was started again at {when}; its journal tells what was before", file=sys.stderr)
+                    print(f"the engine was started again at {when}; its journal has what was before", file=sys.stderr)
                     return found
         except FormigaError:
             pass
@@ -94,5 +94,5 @@ class Remembering(Client):
                     found = past(JournalSource(machine))
             except FormigaError:
                 raise unknown from None
-        print(f"the engine has forgotten {ids}; its journal tells", file=sys.stderr)
+        print(f"the engine has forgotten {ids}; this is from its journal", file=sys.stderr)
         return found

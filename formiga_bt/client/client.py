@@ -53,7 +53,7 @@ class Client(Calls):
     def _other_version(self) -> FormigaError:
         return FormigaError(
             f"the engine at {self.address.url} is of another version of formiga",
-            help="formiga --version tells yours, GET /v1/health its own; install the same on both sides",
+            help="formiga --version shows yours, GET /v1/health its own; install the same on both sides",
         )
 
     def _said(self, path: str, body: Any = None) -> str:

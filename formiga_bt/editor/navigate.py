@@ -110,7 +110,7 @@ def renamable(document: Document, line: int, col: int) -> Occurrence:
     """
     index = document.index()
     if index is None:
-        raise CannotRename("this file cannot be read at the moment: mend it first")
+        raise CannotRename("this file cannot be read at the moment: fix it first")
     found = index.at(line, col)
     if found is None:
         raise CannotRename(_why_not(document, line, col))

@@ -59,7 +59,7 @@ TYPE: Final = (
     Option("limits", "map", "Numbers that simulators and estimates use."),
     Option("envelope", "options", "Limits that no flight may break.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit: return or hold."),
-    Option("events", "map", "What it tells of itself, apart from any goal: event -> {field: type}."),
+    Option("events", "map", "What it reports of itself, apart from any goal: event -> {field: type}."),
     Option("suspect_after", "value", "Silence after which it is not allocated.", type="duration"),
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )

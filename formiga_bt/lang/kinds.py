@@ -155,9 +155,9 @@ _KINDS: Final = (
     StepKind(
         "notify",
         "text",
-        "Tell people; never fails.",
+        "Notify people; never fails.",
         (
-            Option("to", "roles", "Whom to tell (the site's watchers)."),
+            Option("to", "roles", "Whom to notify (the site's watchers)."),
             Option("severity", "word", "How loud (info).", values=("info", "warning", "alarm"), default="info"),
         ),
     ),

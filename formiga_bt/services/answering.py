@@ -57,7 +57,7 @@ class Answering:
             reply = future.result(self._within_s)
         except TooLate:
             text = f"{number}: the answer is on its way, but the engine did not take it within {self._within_s:g} s"
-            raise Refused("no_reply", text, "formiga inbox tells whether it is still open") from None
+            raise Refused("no_reply", text, "formiga inbox shows whether it is still open") from None
         finally:
             self._waiting.pop(goal_id, None)
         if isinstance(reply, Refusal):

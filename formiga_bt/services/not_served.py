@@ -42,8 +42,8 @@ class NotServed:
     @property
     def hint(self) -> str:
         """Return what helps."""
-        mended = f"; when it is mended: {self.load}" if self.load else ""
-        return f"{self.command} tells all{mended}"
+        mended = f"; when it is fixed: {self.load}" if self.load else ""
+        return f"{self.command} shows all errors{mended}"
 
 
 def of_name(refused: Iterable[NotServed], name: str) -> NotServed | None:

@@ -316,11 +316,11 @@ class Stops:
         ready = bool(checks) and not bad
         text = f"{agent} is ready" if ready else f"{agent} is not ready: {bad}"
         if not checks:
-            text = f"{agent} has told no checks yet; a machine tells them while it stands on the ground"
+            text = f"{agent} has reported no checks yet; a machine reports them while it stands on the ground"
         airborne = record.landed != "grounded"
         if airborne:
             text = f"{agent} is not on the ground; " + (
-                "these checks are of before" if checks else "it tells checks there"
+                "these checks are of before" if checks else "it reports checks there"
             )
         return PreflightFact(
             agent=agent, ok=ready, required=self._site.preflight, airborne=airborne, checks=checks, text=text

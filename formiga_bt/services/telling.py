@@ -63,7 +63,7 @@ class Telling:
             text = said if said.startswith(f"{event} ") else f"{event}: {said}"
             raise Refused("bad_fields", text, problems[0].help or "", texts)
         self._desk.report_event(agent, event, {name: to_wire(value) for name, value in values.items()})
-        return f"{agent} tells {event}"
+        return f"{agent} reports {event}"
 
     def _kind(self, agent: str) -> AgentType:
         with self._view.reading() as state:
@@ -73,7 +73,7 @@ class Telling:
         if agent not in self._here:
             who = "with their own app" if record.human else "itself"
             hint = "let people work at this engine: formiga up --desk PERSON:TYPE"
-            raise Refused("not_here", f"{agent} tells events {who} and not here", hint)
+            raise Refused("not_here", f"{agent} reports events {who} and not here", hint)
         kind = self._catalogue.types.get(record.type)
         if record.refused or kind is None:
             raise Refused(

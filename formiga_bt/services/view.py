@@ -123,7 +123,7 @@ class EngineView:
         try:
             self._tell(at, change, state)
         except Exception:  # the feed lacks an event then, but the copy of the state must not lack the change
-            log.exception("%s could not be told", type(change).__name__)
+            log.exception("%s could not be reported", type(change).__name__)
 
     def _tell(self, at: Micros, change: ch.Change, state: EngineState) -> None:
         """Put what a change means to the outside into the feed; `state` is as it was before."""

@@ -78,7 +78,7 @@ def format_of(path: Path) -> Format:
     found = FORMATS.get(path.suffix.lower())
     if found is None:
         raise UnusableFile(
-            f"cannot tell what {path} shall be", help="say a name that ends in .svg, .png, .html or .txt"
+            f"{path} has no ending that is known", help="say a name that ends in .svg, .png, .html or .txt"
         )
     return found
 

@@ -33,7 +33,7 @@ def command(
     site: Annotated[Path | None, typer.Option(help="Site file that both are checked against.", metavar="FILE")] = None,
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
 ) -> None:
-    """Tell what changed between two tasks: added, removed, moved, changed, renamed, and what to look at for safety.
+    """Show what changed between two tasks: added, removed, moved, changed, renamed, and what to look at for safety.
 
     Formatting, comments, the order of keys and other units are no change. Exit code 0: the same. 1: different.
     2: a file cannot be used. Examples: formiga diff old.yaml new.yaml; formiga diff --git HEAD trees/survey.yaml

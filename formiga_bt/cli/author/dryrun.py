@@ -200,7 +200,7 @@ def _checked(file: Path, world: CheckWorld) -> "tuple[Task, Site]":
         raise TreeError("the site file has errors", world.diagnostics)
     read = read_task(file, world)
     if read.task is None:
-        raise TreeError(f"{file} is not a task that can run; `formiga check {file}` tells more", read.diagnostics)
+        raise TreeError(f"{file} is not a task that can run; `formiga check {file}` shows why", read.diagnostics)
     return read.task, world.site
 
 
@@ -276,7 +276,7 @@ def _text(report: dict[str, Any]) -> str:
         *(f"  while it cleaned up: {note}" for note in report["cleanup"]),
         *(flew if battery else []),
         *(f"  not granted: {line}" for line in report["refused"]),
-        *(f"not answered as told: no question offered {said}" for said in report["never_offered"]),
+        *(f"not used: no question offered {said}" for said in report["never_offered"]),
     ]
     return "\n".join([*_table(report["actions"]), *notes, "", *closing])
 

@@ -27,7 +27,7 @@ def command(
     diff: Annotated[bool, typer.Option("--diff", help="Change nothing; show what would change.")] = False,
     write: Annotated[bool, typer.Option("--write", help="Do not ask before writing.")] = False,
 ) -> None:
-    """Mend what has one repair only: misspelt words, words of other tools, missing quotes. Shows each change, and asks.
+    """Fix what has one repair only: misspelt words, words of other tools, missing quotes. Shows each change, and asks.
 
     Exit code 0: nothing is left to mend. 1: there would be changes, and they were not written. 2: a file cannot be read or
     written. What cannot be mended by a program is told by `formiga check`.
@@ -74,6 +74,6 @@ def _agreed(path: Path) -> bool:
 
 
 def _closing(changed: int, left: int) -> str:
-    said = "nothing to mend" if not changed else f"{changed} {'file' if changed == 1 else 'files'} with mends"
+    said = "nothing to fix" if not changed else f"{changed} {'file' if changed == 1 else 'files'} with fixes"
     rest = f"; {left} {'problem is' if left == 1 else 'problems are'} left for you: formiga check" if left else ""
     return said + rest

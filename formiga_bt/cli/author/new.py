@@ -103,7 +103,7 @@ steps:
 """,
     ),
     "ask": (
-        "Ask people, and tell others what they said.",
+        "Ask people, and notify others of what they said.",
         "",
         """\
 

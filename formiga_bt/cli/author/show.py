@@ -57,7 +57,7 @@ def command(
 ) -> None:
     """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
 
-    Of a running task also how each step stands; without an engine its journal tells. Examples: formiga show Circle -o c.svg;
+    Of a running task also how each step stands; without an engine from its journal. Examples: formiga show Circle -o c.svg;
     formiga show Circle-7 --live; formiga show Circle-7 --at "-5 min"; formiga show --blackboard /fleet/
     """
     if blackboard:

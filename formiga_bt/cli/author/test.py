@@ -22,7 +22,7 @@ SUFFIX = ".test.yaml"
 def command(
     files: Annotated[list[Path], typer.Argument(help="Test files (*.test.yaml), or folders of them.", metavar="FILE")],
     coverage: Annotated[
-        bool, typer.Option("--coverage", help="Tell which steps and branches no case reached.")
+        bool, typer.Option("--coverage", help="Report which steps and branches no case reached.")
     ] = False,
     only: Annotated[str, typer.Option("-k", help="Only cases with this in their name.", metavar="NAME")] = "",
     actions: Annotated[

@@ -71,7 +71,7 @@ def command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell what is in a journal, write tables of it, or remove what is older than is kept.
+    """Show what is in a journal, write tables of it, or remove what is older than is kept.
 
     stats and export work while an engine runs; compact does not: a running engine does that by itself, each hour. compact says
     what would be gone, and asks.

@@ -51,7 +51,7 @@ def write_case(machine: "TimeMachine", task_id: str, out: Path, *, force: bool) 
         typer.echo(f"note: {text}", err=True)
     if differs:
         found = "\n".join(f"  {one}" for one in differs)
-        raise FormigaError(f"the case does not come out as {task_id} did; mend it by hand:\n{found}")
+        raise FormigaError(f"the case does not come out as {task_id} did; fix it by hand:\n{found}")
     typer.echo(f"it passes: formiga test {out}", err=True)
 
 

@@ -30,12 +30,12 @@ def command(
     journal: JournalOption = "",
     at: AtOption = "",
 ) -> None:
-    """Tell how long things took: least, quartiles and most, with a box plot per row on a scale that a table shares.
+    """Show how long things took: least, quartiles and most, with a box plot per row on a scale that a table shares.
 
     n counts what ended well, failed what did not. Examples: formiga stats; formiga stats PickUp --hours 8 -o day.csv
     """
     if out is not None and out.suffix.lower() != ".csv":
-        raise UnusableFile(f"cannot tell what {out} shall be", help="say a name that ends in .csv")
+        raise UnusableFile(f"{out} has no ending that is known", help="say a name that ends in .csv")
     from formiga_bt.cli.past import source_of
     from formiga_bt.show.stats import as_csv, is_empty
 

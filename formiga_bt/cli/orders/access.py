@@ -37,7 +37,7 @@ class AccessCommand(StrEnum):
 
 
 def command(
-    what: Annotated[AccessCommand, typer.Argument(help="secret: set one; list: tell who has one.")],
+    what: Annotated[AccessCommand, typer.Argument(help="secret: set one; list: show who has one.")],
     person: Annotated[
         str, typer.Argument(help="One of the people or pilots whom the site file names.", metavar="[PERSON]")
     ] = "",

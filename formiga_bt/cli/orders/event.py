@@ -11,7 +11,7 @@ from formiga_bt.client import connect
 
 
 def command(
-    agent: Annotated[str, typer.Argument(help="Who tells it, for example picker_1.", metavar="AGENT")],
+    agent: Annotated[str, typer.Argument(help="Who reports it, for example picker_1.", metavar="AGENT")],
     event: Annotated[str, typer.Argument(help="An event of their type, for example sos.", metavar="EVENT")],
     field: Annotated[
         list[str] | None,

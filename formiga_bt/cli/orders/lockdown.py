@@ -18,7 +18,7 @@ def command(
     word: Annotated[
         str,
         typer.Argument(
-            help="release: end it. status: tell whether it stands. Empty: press it.", metavar="release|status"
+            help="release: end it. status: show whether it stands. Empty: press it.", metavar="release|status"
         ),
     ] = "",
     hold: Annotated[bool, typer.Option("--hold", help="What flies hovers.")] = False,

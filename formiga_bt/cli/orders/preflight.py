@@ -46,5 +46,5 @@ def command(
 
 def _rows(found: PreflightFact) -> list[tuple[str, ...]]:
     if not found.checks:
-        return [(found.agent, "", "?", "told no checks" + (": not on the ground" if found.airborne else " yet"))]
+        return [(found.agent, "", "?", "no checks reported" + (": not on the ground" if found.airborne else " yet"))]
     return [(found.agent, one.check, "ok" if one.ok else "NO", one.text) for one in found.checks]

@@ -60,10 +60,10 @@ def _check_event(book: Book, node: Node, event: str, agents: list[str]) -> None:
         known = book.catalogue.types[book.types[agent]].events
         if event not in known:
             what = f"{book.types[agent]} has no event '{event}'{did_you_mean(event, known)}"
-            told = f"events: {quoted_list(known)}" if known else "it tells no events"
+            told = f"events: {quoted_list(known)}" if known else "it reports no events"
             book.problems.add("E021", node.mark, what, told)
         elif known[event]:
-            book.problems.add("E021", node.mark, f"event '{event}' has fields, simulated agents tell none")
+            book.problems.add("E021", node.mark, f"event '{event}' has fields, simulated agents report none")
 
 
 def _agents(book: Book, keys: Keys, kind: str) -> list[str]:

@@ -84,7 +84,7 @@ class RequestReader:
         errors = [problem for problem in loaded.diagnostics if problem.severity == "error"]
         if errors and errors[0] not in self.problems.found:
             who = called or f"a task that {name.text} requests"
-            self.problems.add("E010", name.mark, f"{who} has errors ({path})", "mend the task first")
+            self.problems.add("E010", name.mark, f"{who} has errors ({path})", "fix the task first")
             self.problems.extend(errors)
             self.book.sources.update(loaded.sources)
         return loaded.task

@@ -85,7 +85,7 @@ def _find_event(body: Body, role: str, word: str, mark: Mark) -> Mapping[str, Ty
         who = lacking.name if lacking is not None else "no agent"
         meant = nearest(word, have)
         guess = f"; did you mean '{meant}'?" if meant else ""
-        told = f"events: {quoted_list(have)}" if have else "it tells no events"
+        told = f"events: {quoted_list(have)}" if have else "it reports no events"
         what = f"{who} has no event '{word}'" if lacking is not None else f"no agent has an event '{word}'"
         body.problems.add("E021", mark, what + guess, told, fix_word(Scalar(word, mark), meant))
     return None

@@ -49,9 +49,9 @@ def read_code(at: Scalar, own: Collection[str], problems: Problems) -> str:
         return at.text
     limits = [code for code in known if code.startswith(_LIMIT)]
     if text in (_LIMIT, _LIMIT[:-1]):
-        problems.add("E008", at.mark, f"'{at.text}' does not tell which limit", f"one of {', '.join(limits)}")
+        problems.add("E008", at.mark, f"'{at.text}' does not say which limit", f"one of {', '.join(limits)}")
     elif text in (REQUEST[:-1], ""):
-        what = f"'{shorten(at.text) or 'code'}' does not tell how the requested task ended"
+        what = f"'{shorten(at.text) or 'code'}' does not say how the requested task ended"
         problems.add("E008", at.mark, what, "for example request:timeout, or request:failed:blocked")
     elif not (IDENTIFIER.match(text) or text.startswith(_LIMIT)):
         what = f"'{shorten(at.text)}' is no reason code{did_you_mean(text, known)}"

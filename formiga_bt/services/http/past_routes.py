@@ -59,7 +59,7 @@ class PastReader:
                 raise Refused("bad_moment", error.text.partition("\n")[0], f"say {FORMS}") from error
             except JournalError as error:
                 raise Refused(
-                    "no_history", error.text.partition("\n")[0], "GET /v1/past tells what there is"
+                    "no_history", error.text.partition("\n")[0], "GET /v1/past lists what there is"
                 ) from error
 
     def close(self) -> None:

@@ -46,7 +46,7 @@ def text_of(
     run = f", run {story.first.number}" if story.first.number > 1 else ""
     lines = [
         f"# {task.id}{run} as it was, from the journal of {site.name}: formiga replay --task {task.id} --as-test FILE",
-        "# docs/testing.md tells what each key says. Times count from the request.",
+        "# docs/testing.md explains each key. Times count from the request.",
         *(f"# {text}" for text in told(story)),
         "formiga_test: 1",
         *(f"{key}: {_quoted(name)}" for key, name in files.items()),

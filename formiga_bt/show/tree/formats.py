@@ -42,7 +42,7 @@ def format_of(path: Path) -> str:
     known = ", ".join(f"{' '.join(suffixes)} ({name})" for name, suffixes in SUFFIXES.items())
     ending = f"'{path.suffix}' is no ending" if path.suffix else "it has no ending"
     raise UnknownFormat(
-        f"cannot tell the format of {path}: {ending} of a picture", help=f"use one of {known}; or --format"
+        f"the format of {path} is not known: {ending} of a picture", help=f"use one of {known}; or --format"
     )
 
 

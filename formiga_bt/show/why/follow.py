@@ -47,7 +47,7 @@ def behind_machine(scene: WhyScene, agent_id: str, seen: Seen = ()) -> Iterator[
     if agent is None or len(seen) >= LINKS:
         return
     if agent_id in seen:
-        text = f"{agent_id} waits in turn: they wait for each other, and one of them is told to step aside"
+        text = f"{agent_id} waits in turn: they wait for each other, and one of them is asked to step aside"
         yield Because("circle", text, agent=agent_id)
         return
     if agent.liveness != "ALIVE":

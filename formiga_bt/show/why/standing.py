@@ -43,7 +43,7 @@ def doing(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 
     if order.stop == "cut":
         if order.state == "done":
             return f"{agent.id}: its motors are off"
-        return f"{agent.id}: its motors are told to stop; in the air it falls"
+        return f"{agent.id}: its motors are ordered to stop; in the air it falls"
     if agent.landed == "grounded":
         return f"{agent.id} {silent}{_on_the_ground(order, was=bool(silent))}"
     carrier = state.tasks.get(order.task)

@@ -24,7 +24,7 @@ def waits(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
             case WaitForMem(agent):
                 step = scene.step(task, key)
                 event = step.event if isinstance(step, WaitFor) else "an event"
-                yield Because("waits", f"{scene.place(task, key)} waits for {agent} to tell `{event}`", agent=agent)
+                yield Because("waits", f"{scene.place(task, key)} waits for {agent} to report `{event}`", agent=agent)
             case LoopMem() if mem.waiting:
                 text = f"{scene.place(task, key)} waits for its round {mem.round}{left}"
                 yield Because("waits", text)

@@ -21,7 +21,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "kept": "is busy with {detail}",
     "preempting": "is being freed: {detail} steps aside",
     "not_idle": "does not report to be idle but '{detail}'",
-    "no_position": "has not told where it is",
+    "no_position": "has not reported where it is",
     "airborne": "is not on the ground ({detail})",
     "parked_away": "stands away from its port",
     "battery": "has too little charge: {detail}",
@@ -29,7 +29,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "reserved": "is kept free for {detail}",
     "ordered": "has a standing order ({detail})",
     "preflight": "is not ready to fly: {detail}",
-    "no_checks": "has not told whether it is ready to fly",
+    "no_checks": "has not reported whether it is ready to fly",
 }
 """Of an agent for a role, after its id."""
 
@@ -118,7 +118,7 @@ REASONS: Final[Mapping[str, str]] = {
     "at_port": "a machine stood at its port, so that nothing was left of its way home",
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",
-    "no_action": "a machine does not offer what it was told",
+    "no_action": "a machine does not offer the action that it was given",
     "requires": "a machine was not in the air, or not on the ground, as the action needs it",
     "envelope.reserve": "too little charge to come home with its reserve",
     "envelope.max_height": "higher than is allowed",

@@ -137,7 +137,7 @@ def test_a_param_of_a_subtree_is_renamed_in_its_calls(tmp_path: Path) -> None:
         ("do: drone", "do: dro|ne", "base", "'base' is built in"),
         ("do: drone", "do: dro|ne", "line", "'line' is a helper of the language"),
         ("do: drone", "do: dro|ne", "target", "'target' is defined in this file already"),
-        ("do: drone", "[{ do: dro|ne", "x", "this file cannot be read at the moment: mend it first"),
+        ("do: drone", "[{ do: dro|ne", "x", "this file cannot be read at the moment: fix it first"),
     ],
 )
 def test_a_rename_that_cannot_be_is_refused_in_words(old: str, new: str, name: str, why: str, editor: Editor) -> None:

@@ -77,7 +77,7 @@ def test_a_task_that_a_running_engine_forgot_is_found_in_its_journal(
             state.tasks.pop(task)
         source = source_of(tmp_path)
         assert task == source.task(task).task.id
-        assert f"the engine has forgotten {task}; its journal tells\n" == capsys.readouterr().err
+        assert f"the engine has forgotten {task}; this is from its journal\n" == capsys.readouterr().err
         assert source.why(task)[0].startswith(task)
         assert {task} == {row.id for row in source.timeline([task]).tasks}
         with pytest.raises(TaskError, match="Ask-99"):

@@ -113,7 +113,7 @@ def test_an_order_for_which_nothing_is_sent_tells_that_its_machine_is_silent(
         ("return", {}, {"state": "failed"}, "hwd_1 did not carry out `return`: look at it"),
         ("land", {}, {}, "hwd_1 lands where it is"),
         ("hold", {}, {}, "hwd_1 hovers; it returns by itself before its reserve is reached"),
-        ("cut", {}, {}, "hwd_1: its motors are told to stop; in the air it falls"),
+        ("cut", {}, {}, "hwd_1: its motors are ordered to stop; in the air it falls"),
         ("cut", {"landed": "grounded"}, {"state": "done"}, "hwd_1: its motors are off"),
         (
             "hold", {"control": "pilot", "taken": True}, {},

@@ -22,7 +22,7 @@ def test_an_event_over_http_reaches_the_task_that_waits_for_it(start: Start) -> 
 
         told = service.post("/v1/agents/picker_1/events", {"event": "sos"})
 
-        assert told["text"] == "picker_1 tells sos"
+        assert told["text"] == "picker_1 reports sos"
         assert service.ends(task_id)["status"] == "SUCCEEDED"
 
 
