@@ -7,6 +7,7 @@ from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
 from formiga_bt.transport.memory import Faults
+from tests.golden import Wording
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool
 
@@ -44,7 +45,7 @@ def test_a_landing_is_finished_before_the_task_ends(fly: Fly) -> None:
     assert pool(rehearsal) == ("PARKED_AWAY", "grounded")
 
 
-def test_a_machine_that_does_not_get_on_is_called_home(fly: Fly) -> None:
+def test_a_machine_that_does_not_get_on_is_called_home(fly: Fly, wording: Wording) -> None:
     rehearsal = fly()
     task = crossing(rehearsal)
     drone = rehearsal.sim["hwd_1"].drone
@@ -55,7 +56,7 @@ def test_a_machine_that_does_not_get_on_is_called_home(fly: Fly) -> None:
 
     assert rehearsal.task(task).outcome.code == "envelope.progress"
     alarm = next(a for a in effects(rehearsal, Alarm) if a.code == "envelope.progress")
-    assert alarm.text.startswith("hwd_1: GoTo should take about 22 s and runs for ")
+    wording(alarm.text)
     assert rehearsal.run_until_ended(task, limit_s=600)
     assert pool(rehearsal) == ("STANDBY", "grounded")
 

@@ -11,6 +11,7 @@ from formiga_bt.engine.kernel.timers import ClearanceDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.rehearsal.testing import alarms, effects, packaged_world, task_of
+from tests.golden import Wording
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import pick_up
 
@@ -69,7 +70,7 @@ def test_without_a_word_in_five_minutes_a_grounded_drone_stays(fly: Fly, script:
     assert rehearsal.engine.state.questions == {}
 
 
-def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(fly: Fly) -> None:
+def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(fly: Fly, wording: Wording) -> None:
     never = {"picker_1": NEVER, "watcher_1": NEVER, "picker_2": NEVER}
     rehearsal = fly(scripts=never)
 
@@ -83,7 +84,7 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
 
     assert rehearsal.run_until_ended(task)
     assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "no_clearance")
-    assert rehearsal.task(task).outcome.reason == "nobody said that people stand clear before its reserve was near"
+    wording(rehearsal.task(task).outcome.reason)
     drone = rehearsal.engine.state.agents["hwd_1"]
     assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
     assert drone.battery is not None

@@ -8,6 +8,7 @@ from formiga_bt.base.geo import Place
 from formiga_bt.engine.kernel.inputs import Alarm, NotifyPeople, Operator
 from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.rehearsal.testing import alarms, effects, folded
+from tests.golden import Wording
 from tests.missions.conftest import Fly
 from tests.missions.crashing import Crashing
 from tests.missions.test_shipped import SITE, pick_up
@@ -49,15 +50,13 @@ def test_a_word_that_a_crashed_machine_was_removed_frees_its_way(fly: Fly) -> No
     assert not record.may_be_airborne
 
 
-def test_who_said_so_is_in_the_journal_and_people_are_told(fly: Fly) -> None:
+def test_who_said_so_is_in_the_journal_and_people_are_told(fly: Fly, wording: Wording) -> None:
     rehearsal = fly()
     crashed(rehearsal)
     rehearsal.ask(Operator("removed", "hwd_1", "ann"))
 
     step = next(s for s in rehearsal.steps if s.input == Operator("removed", "hwd_1", "ann"))
-    assert [e.text for e in step.effects if isinstance(e, NotifyPeople)] == [
-        "hwd_1 was removed, says ann: its way and its place are free"
-    ]
+    wording([e.text for e in step.effects if isinstance(e, NotifyPeople)])
     assert folded(rehearsal.steps).agents["hwd_1"] == rehearsal.engine.state.agents["hwd_1"]
 
     rehearsal.ask(Operator("removed", "hwd_1", "bob"))  # the same again changes nothing
@@ -149,13 +148,16 @@ def refused(rehearsal: Rehearsal, agent: str) -> tuple[str, str]:
 ONLY = "only what counts as lost can be said to be removed"
 
 
-def test_it_is_refused_while_the_machine_is_heard_of(fly: Fly) -> None:
+def test_it_is_refused_while_the_machine_is_heard_of(fly: Fly, wording: Wording) -> None:
     rehearsal = fly()
     task = pick_up(rehearsal)
     rehearsal.run_for(24)
-    heard = "is heard of and says itself where it is"
-    assert refused(rehearsal, "hwd_1") == ("still_heard", f"hwd_1 {heard}, in the air; {ONLY}")
-    assert refused(rehearsal, "lwd_1") == ("still_heard", f"lwd_1 {heard}, on the ground; {ONLY}")
+    code, text = refused(rehearsal, "hwd_1")
+    assert code == "still_heard"
+    wording(text)
+    code, text = refused(rehearsal, "lwd_1")
+    assert code == "still_heard"
+    wording(text)
     assert refused(rehearsal, "picker_1")[0] == "human"
     assert refused(rehearsal, "hwd_9")[0] == "unknown_agent"
 
@@ -165,7 +167,9 @@ def test_it_is_refused_while_the_machine_is_heard_of(fly: Fly) -> None:
 
     rehearsal.sim.freeze("hwd_1")
     rehearsal.run_for(10)
-    assert refused(rehearsal, "hwd_1") == ("still_heard", f"hwd_1 was heard just now; {ONLY}")
+    code, text = refused(rehearsal, "hwd_1")
+    assert code == "still_heard"
+    wording(text)
     rehearsal.sim.thaw("hwd_1")
     rehearsal.run_for(10)
     rehearsal.ask(Operator("clear", "hwd_1"))
