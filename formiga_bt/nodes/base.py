@@ -21,7 +21,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import EvalError, Step, UnknownState, Unset, why_not_computed
 from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.memory import Mem
-from formiga_bt.nodes.run import Failure, Run, Runaway
+from formiga_bt.nodes.run import Failure, Run, Runaway, StepRun
 
 RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
 
@@ -181,7 +181,7 @@ class Node(Behaviour):
         """Rebuild caches and children from memory."""
 
     # -- common ----------------------------------------------------------------------------------------------------
-    def remember(self, run: Run, mem: Mem) -> None:
+    def remember(self, run: StepRun, mem: Mem) -> None:
         """Keep memory under this node's key, and be reachable for wakes."""
         key = self.key
         run.remember(key, mem)
@@ -224,7 +224,7 @@ class Node(Behaviour):
             return self.fail("unknown_state", f"{error.key} is not known yet")
         raise LeafError(self.path, self.mark, error) from error
 
-    def _settle(self, run: Run, status: Status) -> Status:
+    def _settle(self, run: StepRun, status: Status) -> Status:
         self.status = status
         if status is not RUNNING:
             self.feedback_message = self.failure.code if self.failure else ""
@@ -232,7 +232,7 @@ class Node(Behaviour):
             self._leave(run)
         return status
 
-    def report_end(self, run: Run) -> None:
+    def report_end(self, run: StepRun) -> None:
         """Tell how the step ended."""
         if not self.tells:
             return
@@ -241,12 +241,12 @@ class Node(Behaviour):
         else:
             run.ended(self.path, "K" if self.skipped else "S")
 
-    def report_stopped(self, run: Run) -> None:
+    def report_stopped(self, run: StepRun) -> None:
         """Tell that the step was stopped."""
         if self.tells:
             run.ended(self.path, "H")
 
-    def _leave(self, run: Run) -> None:
+    def _leave(self, run: StepRun) -> None:
         self.dirty = False
         if not self.kept:
             return

@@ -1,6 +1,6 @@
 """A sequence with `finally`: after its end, good or bad, the steps of `finally` run in place; their failure changes nothing.
 
-A sequence that is stopped hands its `finally` over instead (`Run.tidy`): it runs on its own once what the sequence had
+A sequence that is stopped hands its `finally` over instead (`Run.cleanup`): it runs on its own once what the sequence had
 under way has ended, and whoever stopped the sequence waits for it. One that runs in place already goes on as it is.
 """
 

@@ -17,7 +17,7 @@ from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.leaves import DoNode
 from formiga_bt.nodes.memory import Mem, PassMem, RetryMem, TimeoutMem
-from formiga_bt.nodes.run import Failure, Run
+from formiga_bt.nodes.run import Failure, Run, StepRun
 
 
 class Modifier(Node, decorators.Decorator):
@@ -57,7 +57,7 @@ class Modifier(Node, decorators.Decorator):
         """Return this node's status for the child's."""
         raise NotImplementedError
 
-    def report_end(self, run: Run) -> None:
+    def report_end(self, run: StepRun) -> None:
         """Tell of a failure that is not the child's: what it reads at its start is not known."""
         if self.failure is not None and self.failure is not self.child.failure:
             run.ended(self.path, "F", self.failure.code)
@@ -191,7 +191,7 @@ class TimeoutNode(Modifier):
         """Pass through."""
         return self.same()
 
-    def report_end(self, run: Run) -> None:
+    def report_end(self, run: StepRun) -> None:
         """Tell how a step ended that was stopped at the deadline."""
         if not self.halting:
             super().report_end(run)

@@ -16,7 +16,7 @@ from formiga_bt.nodes.composites import Chain, adopt_children
 from formiga_bt.nodes.decorators import RetryNode
 from formiga_bt.nodes.ends import AgentReleased, Drain, End
 from formiga_bt.nodes.memory import Mem, WithMem
-from formiga_bt.nodes.run import Run
+from formiga_bt.nodes.run import AgentsRun, Run
 
 
 class WithAgentsNode(Chain):
@@ -82,14 +82,14 @@ class WithAgentsNode(Chain):
         self.feedback_message = "gives its agents back"
         return self._released(run)
 
-    def _give_back(self, run: Run, after: Drain = ()) -> tuple[str, ...]:
+    def _give_back(self, run: AgentsRun, after: Drain = ()) -> tuple[str, ...]:
         """Release who is still held, once `after` has ended; return them."""
         held = tuple(agent for agent in self._agents() if not run.is_released(agent))
         for agent in held:
             run.release(agent, self.key, after)
         return held
 
-    def _released(self, run: Run) -> Status:
+    def _released(self, run: AgentsRun) -> Status:
         if not all(run.is_released(agent) for agent in self._agents()):
             return RUNNING
         self.failure, self.skipped, self.breaking = self.mem.failure, self.mem.skipped, self.mem.breaking
@@ -116,14 +116,14 @@ class WithAgentsNode(Chain):
             self.restore_chain(run, mem.index, ran=mem.ran)
 
     # -- parts ---------------------------------------------------------------------------------------------------------
-    def _keep(self, run: Run, mem: WithMem) -> None:
+    def _keep(self, run: AgentsRun, mem: WithMem) -> None:
         self.mem = mem
         self.remember(run, mem)
 
     def _agents(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(agent for group in self.mem.agents.values() for agent in group))
 
-    def _unset(self, run: Run) -> None:
+    def _unset(self, run: AgentsRun) -> None:
         for name in self.step.roles:
             run.set_var(self.scope, name, None)
 

@@ -15,7 +15,7 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
 from formiga_bt.nodes.ends import End, GoalEnd
 from formiga_bt.nodes.memory import AskMem, DoMem, Mem, WaitMem
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Run
+from formiga_bt.nodes.run import AgentsRun, AskOrder, Failure, GoalOrder, GoalRun, GoalView, PeopleRun, Run, StepRun
 
 S = TypeVar("S", bound=model.Step)
 
@@ -31,7 +31,7 @@ class Leaf(Node):
         """Do what the kind does at its start."""
         raise NotImplementedError
 
-    def env(self, run: Run, extra: dict[str, Any] | None = None) -> model.Env:
+    def env(self, run: StepRun, extra: dict[str, Any] | None = None) -> model.Env:
         """Return what the expressions of this leaf may read."""
         return run.env(self.scope, self.error_here(), extra)
 
@@ -47,12 +47,12 @@ class DoNode(Leaf):
         self.goal = ""
         self.sent = 0
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: GoalRun) -> Status:
         """Evaluate the fields and order the goal."""
         self.sent = 0
         return self._send(run)
 
-    def _send(self, run: Run) -> Status:
+    def _send(self, run: GoalRun) -> Status:
         self.goal = ""
         self.sent += 1
         assert self.step.who.agent is not None
@@ -68,7 +68,7 @@ class DoNode(Leaf):
         self.goal = goal
         return self.on_proceed(run)
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: GoalRun) -> Status:
         """Look at the goal; map its end to a status. One that a person continues is sent anew, under another id."""
         view = run.goal(self.goal)
         if view.state == "again":
@@ -82,7 +82,7 @@ class DoNode(Leaf):
         finally:  # also when `expect` cannot be computed
             run.drop_goal(self.goal)
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: GoalRun) -> bool:
         """Return whether the goal goes on."""
         if not self.goal:
             return False  # it is just being ordered
@@ -92,7 +92,7 @@ class DoNode(Leaf):
         self.feedback_message = view.state if not view.code else f"{view.state}({view.code})"
         return True
 
-    def conclude(self, run: Run, view: GoalView) -> Status:
+    def conclude(self, run: GoalRun, view: GoalView) -> Status:
         """Map a goal's end to a status: the one place where results become statuses."""
         again = view.repeatable
         match view.state:
@@ -116,7 +116,7 @@ class DoNode(Leaf):
     def _fail(self, view: GoalView, code: str, reason: str, *, again: bool) -> Status:
         return self.fail(code, reason, view.agent, retryable=again)
 
-    def _succeeded(self, run: Run, view: GoalView) -> Status:
+    def _succeeded(self, run: GoalRun, view: GoalView) -> Status:
         result = dict(view.result)
         if self.step.save_as:
             run.set_var(self.scope, self.step.save_as, result)
@@ -124,11 +124,11 @@ class DoNode(Leaf):
             return self.fail("expect", f"expected {self.step.expect.source}", view.agent)
         return SUCCESS
 
-    def on_halt(self, run: Run) -> list[End]:
+    def on_halt(self, run: GoalRun) -> list[End]:
         """Cancel the goal."""
         return [GoalEnd(self.goal)] if self.goal and run.cancel(self.goal) else []
 
-    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+    def on_restore(self, run: GoalRun, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same goal."""
         assert isinstance(mem, DoMem)
         self.goal, self.sent = mem.goal, mem.sent
@@ -144,7 +144,7 @@ class AskNode(Leaf):
         self.step = step
         self.question = ""
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: PeopleRun) -> Status:
         """Open the question."""
         step, env = self.step, self.env(run)
         people = [self._people(run, env, who) for who in step.of]
@@ -170,19 +170,19 @@ class AskNode(Leaf):
         run.ask(order)
         return RUNNING
 
-    def _expires(self, run: Run) -> Micros | None:
+    def _expires(self, run: PeopleRun) -> Micros | None:
         """Return when the whole step's timeout ends; it counts from the step's start, earlier attempts included."""
         start = self.path.rpartition("@")[0] if self.step.retry else self.path
         return run.deadline(f"{start}:timeout")
 
     @staticmethod
-    def _people(run: Run, env: model.Env, who: model.Who) -> tuple[str, ...]:
+    def _people(run: PeopleRun, env: model.Env, who: model.Who) -> tuple[str, ...]:
         if who.site_role or who.agent is None:
             return run.people(who.name)
         value = who.agent.run(env)
         return tuple(ref.id for ref in value) if isinstance(value, tuple) else (value.id,)
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: PeopleRun) -> Status:
         """Look whether it is answered."""
         reply = run.question(self.question).reply
         if reply is None:
@@ -195,17 +195,17 @@ class AskNode(Leaf):
             return self.fail("expect", f"answered {answer['answer']}")
         return SUCCESS
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: PeopleRun) -> bool:
         """Return whether there is no answer yet."""
         return bool(self.question) and run.question(self.question).reply is None
 
-    def on_halt(self, run: Run) -> list[End]:
+    def on_halt(self, run: PeopleRun) -> list[End]:
         """Withdraw the question: local, nothing to wait for."""
         if self.question:
             run.close_question(self.question)
         return []
 
-    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+    def on_restore(self, run: PeopleRun, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same answer."""
         assert isinstance(mem, AskMem)
         self.question = mem.ask
@@ -221,7 +221,7 @@ class WaitNode(Leaf):
         super().__init__(step.title, step)
         self.step = step
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Set the deadline; a wait of zero succeeds at once."""
         duration = self.step.duration
         after = micros(duration.const if duration.is_const else duration.run(self.env(run)))
@@ -231,11 +231,11 @@ class WaitNode(Leaf):
         run.set_deadline(self.key, run.now + after)
         return RUNNING
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: StepRun) -> Status:
         """Succeed once the deadline fired."""
         return SUCCESS if run.is_due(self.key) else RUNNING
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: StepRun) -> bool:
         """Return whether the deadline has not fired."""
         return not run.is_due(self.path)
 
@@ -249,7 +249,7 @@ class ReleaseNode(Leaf):
         super().__init__(step.title, step)
         self.step = step
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: AgentsRun) -> Status:
         """Ask for the release."""
         assert self.step.who.agent is not None
         self.agent = self.step.who.agent.run(self.env(run)).id
@@ -257,15 +257,15 @@ class ReleaseNode(Leaf):
         run.release(self.agent, self.key)
         return self.on_proceed(run)
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: AgentsRun) -> Status:
         """Look whether it is done."""
         return SUCCESS if run.is_released(self.agent) else RUNNING
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: AgentsRun) -> bool:
         """Return whether the agent is still held."""
         return not run.is_released(self.agent)
 
-    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+    def on_restore(self, run: AgentsRun, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same agent."""
         assert isinstance(mem, DoMem)
         self.agent = mem.goal
@@ -289,7 +289,7 @@ class CheckNode(InstantNode):
     kind: ClassVar[str] = "check"
     step_model: model.Check
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Read the condition."""
         env = self.env(run)
         if self.step_model.cond.run(env):
@@ -304,7 +304,7 @@ class SetNode(InstantNode):
     kind: ClassVar[str] = "set"
     step_model: model.Set
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Assign."""
         env = self.env(run)
         values = {name: expr.run(env) for name, expr in self.step_model.assign.items()}
@@ -319,7 +319,7 @@ class NotifyNode(InstantNode):
     kind: ClassVar[str] = "notify"
     step_model: model.Notify
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: PeopleRun) -> Status:
         """Tell."""
         step, env = self.step_model, self.env(run)
         try:
@@ -337,7 +337,7 @@ class FailNode(InstantNode):
     kind: ClassVar[str] = "fail"
     step_model: model.Fail
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Fail."""
         step = self.step_model
         code = f"failed:{step.code}" if step.code else "failed"

@@ -18,7 +18,7 @@ from formiga_bt.nodes.composites import Chain, adopt_children, skipped_before
 from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.leaves import InstantNode, Leaf, check_failure
 from formiga_bt.nodes.memory import LiveMem, Mem, PassMem, WaitForMem
-from formiga_bt.nodes.run import Failure, Run
+from formiga_bt.nodes.run import Failure, Run, StepRun
 
 
 class WaitUntilNode(Leaf):
@@ -31,7 +31,7 @@ class WaitUntilNode(Leaf):
         super().__init__(step.title, step)
         self.step = step
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Succeed at once if true, else watch."""
         if self.step.cond.run(self.env(run)):
             return SUCCESS
@@ -39,7 +39,7 @@ class WaitUntilNode(Leaf):
         run.watch(self.key, (self.step.cond,), self.scope)
         return RUNNING
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: StepRun) -> Status:
         """Look again."""
         with suppress(UnknownState):
             if self.step.cond.run(self.env(run)):
@@ -47,7 +47,7 @@ class WaitUntilNode(Leaf):
         run.watch(self.key, (self.step.cond,), self.scope)
         return RUNNING
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: StepRun) -> bool:
         """Return whether it is still false; what it reads may be another thing now."""
         try:
             if self.step.cond.run(self.env(run)):
@@ -59,7 +59,7 @@ class WaitUntilNode(Leaf):
         run.watch(self.key, (self.step.cond,), self.scope)
         return True
 
-    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+    def on_restore(self, run: StepRun, mem: Mem) -> None:  # noqa: ARG002
         """Watch again."""
         run.watch(self.key, (self.step.cond,), self.scope)
 
@@ -75,7 +75,7 @@ class WaitForNode(Leaf):
         self.step = step
         self.mem = WaitForMem("", 0)
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: StepRun) -> Status:
         """Take an event that came already, if those count, else wait."""
         assert self.step.who.agent is not None
         agent = self.step.who.agent.run(self.env(run)).id
@@ -87,7 +87,7 @@ class WaitForNode(Leaf):
         run.watch_event(self.key, agent, self.step.event)
         return RUNNING
 
-    def _take(self, run: Run) -> bool:
+    def _take(self, run: StepRun) -> bool:
         after = self.mem.after
         if self.step.since_task:  # another branch may have taken one meanwhile
             after = run.events_seen(self.mem.agent, self.step.event)
@@ -96,11 +96,11 @@ class WaitForNode(Leaf):
             run.set_var(self.scope, self.step.save_as, dict(found))
         return found is not None
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: StepRun) -> Status:
         """Look again."""
         return SUCCESS if self._take(run) else RUNNING
 
-    def on_restore(self, run: Run, mem: Mem) -> None:
+    def on_restore(self, run: StepRun, mem: Mem) -> None:
         """Wait again."""
         assert isinstance(mem, WaitForMem)
         self.mem = mem

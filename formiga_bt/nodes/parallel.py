@@ -17,7 +17,7 @@ from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import SequenceNode, adopt_children
 from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.memory import GatherMem, ItemsMem, Mem
-from formiga_bt.nodes.run import Failure, Run
+from formiga_bt.nodes.run import Failure, Run, StepRun
 
 WAITS, RUNS, DONE, FAILED, SKIPPED = ".RSFK"
 
@@ -220,7 +220,7 @@ class OverItems(Node):
         assert isinstance(mem, ItemsMem)
         self.items = mem.items
 
-    def _leave(self, run: Run) -> None:
+    def _leave(self, run: StepRun) -> None:
         super()._leave(run)
         run.remember(f"{self.path}:items", None)
 

@@ -9,7 +9,7 @@ from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS
 from formiga_bt.nodes.ends import ChildEnd, End
 from formiga_bt.nodes.leaves import Leaf
 from formiga_bt.nodes.memory import Mem, RequestMem
-from formiga_bt.nodes.run import Failure, Run, TaskOrder, TaskView
+from formiga_bt.nodes.run import ChildRun, Failure, TaskOrder, TaskView
 
 
 class RequestNode(Leaf):
@@ -22,7 +22,7 @@ class RequestNode(Leaf):
         self.step = step
         self.child = ""
 
-    def act(self, run: Run) -> Status:
+    def act(self, run: ChildRun) -> Status:
         """Read the params and start the task."""
         step, env = self.step, self.env(run)
         params = {}
@@ -41,16 +41,16 @@ class RequestNode(Leaf):
         self.remember(run, RequestMem(child))
         return self.on_proceed(run)
 
-    def on_proceed(self, run: Run) -> Status:
+    def on_proceed(self, run: ChildRun) -> Status:
         """Look whether it has ended."""
         view = run.child(self.child)
         return self._end(run, view) if view.ended else RUNNING
 
-    def is_quiet(self, run: Run) -> bool:
+    def is_quiet(self, run: ChildRun) -> bool:
         """Return whether the task goes on."""
         return bool(self.child) and not run.child(self.child).ended
 
-    def _end(self, run: Run, view: TaskView) -> Status:
+    def _end(self, run: ChildRun, view: TaskView) -> Status:
         status = view.status if view.ended else "PENDING"
         if self.step.save_as:
             run.set_var(
@@ -61,11 +61,11 @@ class RequestNode(Leaf):
         self.failure = request_failure(view, self.path)
         return FAILURE
 
-    def on_halt(self, run: Run) -> list[End]:
+    def on_halt(self, run: ChildRun) -> list[End]:
         """End the task, unless it is detached; whoever stops us waits for that."""
         return [ChildEnd(self.child)] if not self.step.detached and run.end_task(self.child) else []
 
-    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+    def on_restore(self, run: ChildRun, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same task."""
         assert isinstance(mem, RequestMem)
         self.child = mem.task

@@ -1,4 +1,6 @@
-"""What a node may know and do: the `Run` of one task, implemented by the engine (and by fakes in tests).
+"""What a node may know and do: the `Run` of one task, implemented by the engine.
+
+It is cut by role: a node says by the type of its `run` what it needs of it.
 
 Nodes hold no state that matters beyond a step: their memory goes through `remember`, time comes from `now`, everything
 that leaves the tree goes through `order`, `ask`, `notify`. No node reads a sibling, a clock or a random number.
@@ -192,22 +194,12 @@ class CleanupOrder(Struct, frozen=True):
     """What `error` is in it."""
 
 
-class Run(Protocol):
-    """The services of one running task."""
+class NodeRun(Protocol):
+    """What each node needs: its visits are counted, its memory is kept, wakes reach it."""
 
     @property
     def task_id(self) -> str:
         """Return the task's id, for example `PickUp-12`."""
-        ...
-
-    @property
-    def now(self) -> Micros:
-        """Return the instant of the input being handled, engine time."""
-        ...
-
-    @property
-    def clock(self) -> Micros:
-        """Return the task's own time: like `now`, but it stands still while the task is held."""
         ...
 
     def spend(self) -> None:
@@ -216,10 +208,6 @@ class Run(Protocol):
         Raises:
             Runaway: more than 10,000 nodes were visited in this input.
         """
-        ...
-
-    def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> Env:
-        """Return the names visible in a scope; `error` and `extra` add the names that the place provides."""
         ...
 
     def remember(self, path: str, mem: Mem | None) -> None:
@@ -242,6 +230,40 @@ class Run(Protocol):
         """Stop wakes for `path`."""
         ...
 
+
+class NameRun(Protocol):
+    """Names: what expressions read, and steps set."""
+
+    def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> Env:
+        """Return the names visible in a scope; `error` and `extra` add the names that the place provides."""
+        ...
+
+    def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:
+        """Open the scope of a call, or of an item of a parallel `for` (its key `..` names the scope around it)."""
+        ...
+
+    def close_scope(self, scope: str) -> None:
+        """Forget a scope."""
+        ...
+
+    def set_var(self, scope: str, name: str, value: Any) -> None:
+        """Set a name in a scope."""
+        ...
+
+
+class TimeRun(Protocol):
+    """Clocks and deadlines."""
+
+    @property
+    def now(self) -> Micros:
+        """Return the instant of the input being handled, engine time."""
+        ...
+
+    @property
+    def clock(self) -> Micros:
+        """Return the task's own time: like `now`, but it stands still while the task is held."""
+        ...
+
     def set_deadline(self, path: str, at: Micros) -> None:
         """Wake the node at `path` at engine time `at`."""
         ...
@@ -257,6 +279,10 @@ class Run(Protocol):
     def is_due(self, path: str) -> bool:
         """Return whether the deadline of `path` has fired and was not cleared."""
         ...
+
+
+class WatchRun(Protocol):
+    """Live conditions, and events of agents."""
 
     def watch(self, path: str, conditions: "tuple[Expr, ...]", scope: str) -> None:
         """Wake the node at `path` when what its live conditions read has changed, or a comparison with `now` has."""
@@ -282,13 +308,37 @@ class Run(Protocol):
         """Take the next event of that name after an order; return its fields with `at`, or None if there is none yet."""
         ...
 
-    def release(self, agent: str, path: str, after: Drain = ()) -> None:
-        """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
+
+class StepRun(NodeRun, NameRun, TimeRun, WatchRun, Protocol):
+    """What a step needs that sends nothing."""
+
+
+class DrainRun(Protocol):
+    """What those need that wait for ends."""
+
+    def goal(self, goal_id: str) -> GoalView:
+        """Return the present view of an ordered goal."""
         ...
 
-    def is_released(self, agent: str) -> bool:
-        """Return whether the task no longer holds an agent."""
+    def is_over(self, end: End) -> bool:
+        """Return whether what a drain set waits for is over."""
         ...
+
+    def adopt(self, end: End, owner: str) -> None:
+        """Make the node at path `owner` the one that is woken at an end."""
+        ...
+
+    def forget(self, end: End) -> None:
+        """Drop what is over of a drain set."""
+        ...
+
+    def cleanup(self, order: CleanupOrder, tree: Any = None) -> FinallyEnd | None:
+        """Hand over a `finally`, with its tree if it runs already; return its end, None = it is skipped (abort --now)."""
+        ...
+
+
+class GoalRun(StepRun, Protocol):
+    """What a `do` needs."""
 
     def goal_id(self, path: str) -> str:
         """Return the goal id that belongs to an instance path."""
@@ -310,20 +360,39 @@ class Run(Protocol):
         """Cancel a goal; return whether its end must be waited for (False: it never left, or has ended)."""
         ...
 
-    def cleanup(self, order: CleanupOrder, tree: Any = None) -> FinallyEnd | None:
-        """Hand over a `finally`, with its tree if it runs already; return its end, None = it is skipped (abort --now)."""
+
+class AgentsRun(StepRun, Protocol):
+    """What `release`, and a block with agents of its own, need."""
+
+    def release(self, agent: str, path: str, after: Drain = ()) -> None:
+        """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
         ...
 
-    def is_over(self, end: End) -> bool:
-        """Return whether what a drain set waits for is over."""
+    def is_released(self, agent: str) -> bool:
+        """Return whether the task no longer holds an agent."""
         ...
 
-    def adopt(self, end: End, owner: str) -> None:
-        """Make the node at path `owner` the one that is woken at an end."""
+    def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
+        """Ask the allocator for the agents of a block, none of `but_not`; return until when to wait for them.
+
+        The node at `path` is woken when there is an answer.
+        """
         ...
 
-    def forget(self, end: End) -> None:
-        """Drop what is over of a drain set."""
+    def take_agents(self, path: str) -> Served | None:
+        """Return the answer, once; None = not yet."""
+        ...
+
+    def withdraw_agents(self, path: str) -> tuple[str, ...]:
+        """Ask no more; return the agents that were granted but not yet taken."""
+        ...
+
+
+class PeopleRun(StepRun, Protocol):
+    """What a question and a notice need."""
+
+    def goal_id(self, path: str) -> str:
+        """Return the goal id that belongs to an instance path."""
         ...
 
     def ask(self, order: AskOrder) -> None:
@@ -346,6 +415,10 @@ class Run(Protocol):
         """Tell people something."""
         ...
 
+
+class ChildRun(StepRun, Protocol):
+    """What a `request` needs."""
+
     def start_task(self, order: TaskOrder) -> str | Failure:
         """Start another task; return its id, or why it cannot be."""
         ...
@@ -358,29 +431,6 @@ class Run(Protocol):
         """Abort a started task; return whether its end must be waited for."""
         ...
 
-    def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
-        """Ask the allocator for the agents of a block, none of `but_not`; return until when to wait for them.
 
-        The node at `path` is woken when there is an answer.
-        """
-        ...
-
-    def take_agents(self, path: str) -> Served | None:
-        """Return the answer, once; None = not yet."""
-        ...
-
-    def withdraw_agents(self, path: str) -> tuple[str, ...]:
-        """Ask no more; return the agents that were granted but not yet taken."""
-        ...
-
-    def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:
-        """Open the scope of a call, or of an item of a parallel `for` (its key `..` names the scope around it)."""
-        ...
-
-    def close_scope(self, scope: str) -> None:
-        """Forget a scope."""
-        ...
-
-    def set_var(self, scope: str, name: str, value: Any) -> None:
-        """Set a name in a scope."""
-        ...
+class Run(GoalRun, AgentsRun, PeopleRun, ChildRun, DrainRun, Protocol):
+    """All services of one running task: for nodes that have others below, and pass it on."""

@@ -15,7 +15,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Operator
 from formiga_bt.engine.kernel.records import AgentRecord, Stop, TaskRecord, family
-from formiga_bt.engine.orders.continuing import obstacle
+from formiga_bt.engine.orders.continuing import cannot, obstacle, waiting
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
 
@@ -154,7 +154,9 @@ class Command:
             order = self._core.state.orders.get(agent.id)
             if any(agent.id == one.id for one in machines) or (order is not None and order.scope != "engine"):
                 continue  # one of the engine ends by itself, and holds nothing any more then
-            if any(goal.state == "interrupted" and goal.section == "steps" for goal in self._orders.waiting(agent)):
+            if any(
+                goal.state == "interrupted" and goal.section == "steps" for goal in waiting(self._core.state, agent)
+            ):
                 hold(self._core, task.id, OperatorHold(agent.id))
 
     def _check_can_continue(self, agent: AgentRecord, *, steps: bool = True) -> None:
@@ -191,8 +193,8 @@ class Command:
         if how == "return" and order is not None and order.stop == "cut" and order.state != "failed":
             raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
         if how == "continue":
-            for goal in self._orders.waiting(agent):
-                text = self._orders.cannot(goal, agent)
+            for goal in waiting(self._core.state, agent):
+                text = cannot(core.state, goal, agent, core.action)
                 if text and goal.section == "steps":
                     raise TaskError(
                         "cannot_continue",
@@ -201,7 +203,7 @@ class Command:
         agent = core.put_agent(agent.id, taken=False)
         core.stale.add(agent.id)
         if how == "end":
-            for goal in self._orders.waiting(agent):
+            for goal in waiting(self._core.state, agent):
                 if goal.state == "interrupted" and goal.section != "recover":
                     self._goals.end(goal.id, "taken_over")
         if how == "return":

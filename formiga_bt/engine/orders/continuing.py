@@ -3,7 +3,7 @@
 Pure functions over the state; `action` is how an action is looked up by its name.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from math import ceil
 
 from formiga_bt.base.geo import horizontal_m
@@ -15,10 +15,10 @@ from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.safety.traffic import VERTICAL_M
 
 
-def waiting(state: EngineState, agent: AgentRecord) -> Iterator[GoalRecord]:
-    """Iterate over the goals of a machine that wait at the gate or for a person's word, or will as soon as it has stopped."""
+def waiting(state: EngineState, agent: AgentRecord) -> list[GoalRecord]:
+    """Return the goals of a machine that wait at the gate or for a person's word, or will as soon as it has stopped."""
     mine = (g for g in state.goals.values() if g.agent == agent.id and g.task)
-    return (g for g in mine if g.state in ("interrupted", "gated") or g.stopping)
+    return [g for g in mine if g.state in ("interrupted", "gated") or g.stopping]
 
 
 def is_done(goal: GoalRecord, agent: AgentRecord, action: Lookup) -> bool:

@@ -28,9 +28,9 @@ from formiga_bt.engine.kernel.causes import OperatorHold, waits_for_word
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, Stop, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, Stop, TaskRecord
 from formiga_bt.engine.kernel.timers import OrderDue
-from formiga_bt.engine.orders import continuing
+from formiga_bt.engine.orders.continuing import cannot, is_done, obstacle, waiting
 from formiga_bt.engine.tasks.recovery import NO_PORT, Recovery, has_no_port
 from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.safety.gate import AT_PORT_M
@@ -261,9 +261,11 @@ class StandingOrders:
         else:
             self.put(replace(order, state="done"))
             if agent.landed == "grounded":  # a way home, or a cleanup in the air, has nothing left to do
-                for goal in self.waiting(agent):
-                    if goal.section != "steps" and goal.state == "interrupted" and self.cannot(goal, agent):
-                        self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
+                core = self._core
+                for goal in waiting(core.state, agent):
+                    homewards = goal.section != "steps" and goal.state == "interrupted"
+                    if homewards and (why := cannot(core.state, goal, agent, core.action)):
+                        self._goals.end(goal.id, "canceled", "cannot_continue", why)
             self._system_tasks.ordered_home(agent.task)
 
     def carried_out(self, task: TaskRecord) -> None:
@@ -326,42 +328,31 @@ class StandingOrders:
         mine = [task.system.agent] if task.system.agent else list(task.agents.granted)
         return [a for a in (agents[name] for name in mine) if not a.human and (a.task == task.id or task.system.agent)]
 
-    def waiting(self, agent: AgentRecord) -> list[GoalRecord]:
-        """Return the goals of a machine that wait at the gate or for a person's word."""
-        return list(continuing.waiting(self._core.state, agent))
-
-    def cannot(self, goal: GoalRecord, agent: AgentRecord) -> str:
-        """Return why a goal cannot be sent anew, or ""."""
-        return continuing.cannot(self._core.state, goal, agent, self._core.action)
-
-    def is_done(self, goal: GoalRecord, agent: AgentRecord) -> bool:
-        """Return whether what an interrupted goal was for is so already."""
-        return continuing.is_done(goal, agent, self._core.action)
-
     def resume(self, agent: AgentRecord, *, steps: bool = True) -> None:
         """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew.
 
         `steps=False`: only cleanup and the way home, which wait for no person's word. What can no longer be done ends.
         """
-        for goal in self.waiting(agent):
-            if goal.section == "steps" and not steps and not self._core.task(goal.task).outcome.status:
+        core = self._core
+        for goal in waiting(core.state, agent):
+            if goal.section == "steps" and not steps and not core.task(goal.task).outcome.status:
                 continue  # once its end is decided, what is left of its steps is a `finally`
             if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
                 continue
-            cannot = self.cannot(goal, agent)
+            why = cannot(core.state, goal, agent, core.action)
             if goal.stopping:
                 self._goals.go_on(goal.id)
-            elif self.is_done(goal, agent):
+            elif is_done(goal, agent, core.action):
                 self._goals.end(goal.id, "succeeded")
-            elif cannot:
-                self._goals.end(goal.id, "canceled", "cannot_continue", cannot)
+            elif why:
+                self._goals.end(goal.id, "canceled", "cannot_continue", why)
             else:
                 self._goals.again(goal.id)
 
     def go_on(self, agent_id: str) -> None:
         """A machine has stopped, and a person has said continue already."""
         agent = self._core.state.agents[agent_id]
-        if continuing.obstacle(self._core.state, agent, self._core.action) is None:
+        if obstacle(self._core.state, agent, self._core.action) is None:
             self.resume(agent)
         elif agent.task:
             hold(self._core, agent.task, OperatorHold(agent_id))  # a person must say what else

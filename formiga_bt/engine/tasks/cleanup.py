@@ -1,7 +1,7 @@
 """The `finally` of a stopped sequence: a small tree of its own, which whoever stopped the sequence waits for.
 
-A stopped sequence hands it over (`TidyNode`, `TaskRun.tidy`). It becomes a `Tidy` of the task's record, whose id stands in
-drain sets beside goals and moves with them.
+A stopped sequence hands it over (`CleanupNode`, `TaskRun.cleanup`). It becomes a `Cleanup` of the task's record, whose id
+stands in drain sets beside goals and moves with them.
 
 | state | until | next |
 |---|---|---|
