@@ -136,13 +136,16 @@ def _value(data: Any, path: Path) -> Any:
         if kind == "Polygon":
             return _ring(data["coordinates"], path)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise UnusableFile(f"{path} is no usable GeoJSON: {type(error).__name__} {error}") from error
+        why = f"it has no {error}" if isinstance(error, KeyError) else f"{error}"
+        if isinstance(error, IndexError | TypeError):
+            why = "a point of it is no pair of numbers"
+        raise UnusableFile(f"{path} is no usable GeoJSON: {why}") from error
     raise UnusableFile(f"{path} holds a {kind}; use a Point, a LineString or a Polygon without holes")
 
 
 def _ring(rings: Any, path: Path) -> list[dict[str, float]]:
     if len(rings) != 1:
-        raise UnusableFile(f"{path} holds a Polygon with {len(rings) - 1} holes; a region has none")
+        raise UnusableFile(f"{path} holds a Polygon of {len(rings)} rings; a region has one, its border, and no holes")
     corners = [_degrees(point) for point in rings[0]]
     return corners[:-1] if len(corners) > 1 and corners[0] == corners[-1] else corners
 

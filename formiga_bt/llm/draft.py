@@ -391,7 +391,7 @@ class _Drafting:
             return self._done("impossible", plan=answer.plan, say=_sentences(against.why, against.instead))
         say = ""
         if not flies:
-            wrong = [one.text for one in judged.shortfalls if one.severity == "error"]
+            wrong = list(dict.fromkeys(one.text for one in judged.shortfalls if one.severity == "error"))
             say = "no answer of the model passed. What is wrong with the best one: " + "; ".join(wrong[:4])
         return structs.replace(
             self._done("task" if flies else "failed", plan=answer.plan, say=say),

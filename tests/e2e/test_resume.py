@@ -94,7 +94,7 @@ def test_killed_in_flight_and_gone_on(shell: Shell, tmp_path: Path) -> None:
         assert re.search(
             r"  resume  resumed after \d+\.\d s: Hello-1; what became of their goals is asked now", said
         ), said
-        assert re.search(r"resumed after \d+\.\d s: Hello-1 on", said), said
+        assert re.search(r"resumed after \d+\.\d s: Hello-1 goes on", said), said
         ((_, task, landed_by),) = flights(shell)
         assert (task, landed_by) == ("Hello-1", "task")
         assert all(n == 1 for n in goals_begun(shell, "my_meadow").values())

@@ -37,7 +37,7 @@ def test_a_fleet_of_its_own_lives_on_and_the_next_engine_goes_on_with_the_missio
         assert "the agents of the site 'my_meadow' are simulated already (process " in said
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
         shell.run("down", "--yes")
-        assert re.search(r"resumed after \d+\.\d s: Hello-1 on", shell.ended())
+        assert re.search(r"resumed after \d+\.\d s: Hello-1 goes on", shell.ended())
         said = shell.run("up", "--sim", code=1)
         assert "help: start the engine without --sim, they connect to it" in said
         fleet.send_signal(signal.SIGINT)

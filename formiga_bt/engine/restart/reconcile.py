@@ -393,7 +393,7 @@ class Reconcile:
         held = [task for task in mine if MARKS in task.hold.causes]
         if not mine:
             return
-        parts = [f"{', '.join(going)} on"] if going else []
+        parts = [f"{', '.join(going)} {'goes' if len(going) == 1 else 'go'} on"] if going else []
         parts += [f"{task.id} HELD ({self._way_on(task)})" for task in held[:5]]
         if len(held) > 5:
             parts.append(f"{len(held) - 5} more HELD (formiga tasks --status held)")
