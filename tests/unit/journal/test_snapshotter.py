@@ -8,6 +8,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, PersistAhead
+from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal import codec
 from formiga_bt.journal.codec import SLICE, Codec
@@ -17,7 +18,10 @@ from formiga_bt.journal.store import Journal, Overtaken, Unwritable
 from formiga_bt.journal.writer import MEND_S
 from tests.unit.journal.conftest import Opener, Recording, as_told, folded, steps_of
 
-LONG = steps_of("pick_up")
+
+def long() -> tuple[EngineStep, ...]:
+    """Return the steps of a mission; not when tests are collected."""
+    return steps_of("pick_up")
 
 
 def wait_until(done: Callable[[], bool]) -> None:
@@ -30,8 +34,8 @@ def wait_until(done: Callable[[], bool]) -> None:
 @pytest.mark.parametrize("thin", [False, True])
 def test_snapshots_written_beside_are_the_fold_up_to_them(taken: Journal, thin: bool) -> None:
     recording = Recording(taken, thin=thin, snapshot_steps=20, beside=True)
-    for first in range(0, len(LONG), 40):
-        recording.feed(LONG[first : first + 40], 8)
+    for first in range(0, len(long()), 40):
+        recording.feed(long()[first : first + 40], 8)
         wait_until(lambda: not recording.writer._shadow._given)  # type: ignore[union-attr]
     live = as_told(recording.writer.view(recording.state))
     recording.writer.end()
@@ -56,7 +60,7 @@ def test_snapshots_written_beside_are_the_fold_up_to_them(taken: Journal, thin: 
 def test_an_engine_whose_site_was_taken_writes_no_snapshot_beside(opened: Opener) -> None:
     old = opened()
     old.take()
-    Recording(old).feed(LONG[:20], 20)
+    Recording(old).feed(long()[:20], 20)
     new = opened()
     new._release = lambda: None
     old.epoch -= 1  # as another engine's take makes it
@@ -66,7 +70,7 @@ def test_an_engine_whose_site_was_taken_writes_no_snapshot_beside(opened: Opener
 
 def test_a_state_in_slices_has_the_bytes_of_the_whole() -> None:
     states = [EngineState(), *(folded(steps_of(name)) for name in ("survey", "pick_up"))]
-    many = folded(LONG)
+    many = folded(long())
     many.counters |= {f"n{n}": n for n in range(70_000)}
     many.agents |= {f"a{n}": next(iter(many.agents.values())) for n in range(3 * SLICE + 1)}
     pauses = []
@@ -82,17 +86,17 @@ def test_steps_are_there_after_the_commit_and_not_before(taken: Journal, opened:
     assert isinstance(recording.writer, PersistAhead)
     other = opened(read_only=True)
     ahead: Ahead[str] = Ahead(recording.writer)
-    for step in LONG[:5]:
+    for step in long()[:5]:
         fold(recording.state, recording.board, step)
-    assert recording.writer.start(LONG[:5])
+    assert recording.writer.start(long()[:5])
     assert list(other.read()) == []
     recording.writer.commit()
-    assert [kept.step for kept in other.read()] == list(LONG[:5])
+    assert [kept.step for kept in other.read()] == list(long()[:5])
     assert recording.writer.finish() == DURABLE
-    ahead.begin("batch", LONG[5:9])
+    ahead.begin("batch", long()[5:9])
     assert ahead.is_under_way
     assert ahead.end() == ("batch", Outcome(True))
-    assert [kept.step for kept in other.read()] == list(LONG[:9])
+    assert [kept.step for kept in other.read()] == list(long()[:9])
     ahead.begin("nothing", [])
     assert ahead.is_done, "there is nothing to wait for"
     assert ahead.end() == ("nothing", DURABLE)
@@ -110,7 +114,7 @@ def test_an_error_of_the_commit_comes_back_with_the_batch(taken: Journal, monkey
 
     monkeypatch.setattr(taken, "stage", overtaken)
     ahead: Ahead[int] = Ahead(recording.writer)
-    ahead.begin(7, LONG[:5])
+    ahead.begin(7, long()[:5])
     batch, kept = ahead.end()
     assert batch == 7
     assert isinstance(kept, Overtaken)
@@ -127,14 +131,14 @@ def test_after_a_fault_snapshots_are_made_again_each_minute_at_most(
 
     with monkeypatch.context() as broken:
         broken.setattr(taken, "snapshot_beside", raises(RuntimeError("a bug")))
-        recording.feed(LONG[:40], 8)
+        recording.feed(long()[:40], 8)
         wait_until(is_broken)
-        recording.feed(LONG[40:88], 8)  # the first batch is where it begins again
+        recording.feed(long()[40:88], 8)  # the first batch is where it begins again
         wait_until(is_broken)
-    recording.feed(LONG[88:96], 8)
+    recording.feed(long()[88:96], 8)
     assert is_broken()
     recording.clock += MEND_S
-    recording.feed(LONG[96:200], 8)
+    recording.feed(long()[96:200], 8)
     wait_until(lambda: len(taken.snapshots()) > 1)
     assert not is_broken()
     live = as_told(recording.writer.view(recording.state))
@@ -148,20 +152,20 @@ def test_what_is_followed_after_a_full_disk_is_not_ahead_of_what_is_written(
     recording = Recording(taken, thin=False, snapshot_steps=8, beside=True)
     with monkeypatch.context() as full:
         full.setattr(taken, "stage", raises(Unwritable("the disk is full")))
-        for step in LONG[:10]:
+        for step in long()[:10]:
             fold(recording.state, recording.board, step)
-        assert not recording.writer.keep(LONG[:10]).durable
+        assert not recording.writer.keep(long()[:10]).durable
     recording.clock += 2.0
     assert recording.writer.start(())
-    for step in LONG[10:20]:  # the engine goes on while that is committed
+    for step in long()[10:20]:  # the engine goes on while that is committed
         fold(recording.state, recording.board, step)
     recording.writer.commit()
     assert recording.writer.finish().durable
 
     assert recording.writer._shadow is not None
     wait_until(lambda: not recording.writer._shadow._given)  # type: ignore[union-attr]
-    assert recording.writer._shadow._state.seq <= LONG[9].seq
-    assert recording.writer.keep(LONG[10:20]).durable
+    assert recording.writer._shadow._state.seq <= long()[9].seq
+    assert recording.writer.keep(long()[10:20]).durable
     recording.writer.end()
 
 
