@@ -59,6 +59,11 @@ def fleet(shell: Shell, address: EngineAddress, folder: Path) -> FleetProcesses:
     return FleetProcesses(specs, site=world.site.name, connect=address.endpoint, state_dir=folder)
 
 
+def is_logged(shell: Shell, task_id: str) -> bool:
+    """Return whether the flight log knows that a task's flight is under way; of one found in the air it has no task."""
+    return any(task_id in file.read_text(encoding="utf-8") for file in shell.folder.glob(".formiga/*/flying.json"))
+
+
 def flights(shell: Shell) -> list[tuple[str, str, str]]:
     (file,) = shell.folder.glob(".formiga/*/flights.jsonl")
     found = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
@@ -84,7 +89,8 @@ def test_killed_in_flight_and_gone_on(shell: Shell, tmp_path: Path) -> None:
         shell.run("run", "Hello", "--param", "target=lake_shore")
         for some in (("TakeOff", "GoTo"), ("GoTo",)):
             wait(
-                lambda some=some: any(flying(shell, one) for one in some), what=f"{some}\n{shell.run('why', 'Hello-1')}"
+                lambda some=some: any(flying(shell, one) for one in some) and is_logged(shell, "Hello-1"),
+                what=f"{some}\n{shell.run('why', 'Hello-1')}",
             )
             kill(shell)
             shell.up(*again)
