@@ -159,5 +159,5 @@ def test_an_engine_that_was_stopped_goes_on_and_no_machine_is_lost(shell: Shell,
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
         shell.run("down", "--yes")
         said = shell.ended()
-        assert re.search(r"on after a standstill of \d+\.\d s: Hello-1 on", said), said
+        assert re.search(r"on after a standstill of \d+\.\d s: Hello-1 goes on", said), said
         assert all(n == 1 for n in goals_begun(shell, "my_meadow").values())
