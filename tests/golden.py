@@ -22,6 +22,7 @@ TMP = re.escape(tempfile.gettempdir())
 NORMAL = (
     (re.compile(rf"{TMP}/pytest-of-[^/\s]+/pytest-\d+(/popen-gw\d+)?(/[\w.-]+?\d+(?=\W|$))?"), "<tmp>"),
     (re.compile(rf"{TMP}/(tmp|formiga-[a-z]+-)\w{{8}}\b|{TMP}(?=[\s:,;]|$)"), "<tmp>"),
+    (re.compile(r"(?<![\w/])test_\w{25}\d\b"), "<tmp>"),  # a site that has the name of its folder
     (re.compile(r"postgresql:\S*%2Fformiga-pg-\w{8}\b"), "<postgres>"),
     (re.compile(re.escape(sys.executable)), "<python>"),
     (re.compile(rf"(?<=\(process ){os.getpid()} on {re.escape(platform.node())}(?=\))"), "<n> on <host>"),

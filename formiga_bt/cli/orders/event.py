@@ -20,7 +20,7 @@ def command(
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:
-    """Tell an event for a person at this engine's desk (`formiga up --desk`): tasks wait for it with wait_for.
+    """Report an event for a person at this engine's desk (`formiga up --desk`): tasks wait for it with wait_for.
 
     Example: formiga event picker_1 sos
     """

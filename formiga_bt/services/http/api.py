@@ -253,7 +253,7 @@ def _agents(routes: FactRoutes, orders: ServiceOrders) -> None:
 
     @routes.post("/v1/agents/{agent}/events", "people")
     def report_event(agent: str, body: b.EventBody) -> f.OrderDone:
-        """Tell an event for a person who works at this engine's desk."""
+        """Report an event for a person who works at this engine's desk."""
         return f.OrderDone(orders.report_event(agent, body.event, body.fields))
 
 

@@ -198,7 +198,7 @@ def test_orders_for_tasks_that_wait_or_have_ended_are_refused(service: Service) 
     assert (refused["code"], refused["help"]) == ("not_started", f"formiga abort {waiting}")
     service.call("DELETE", f"/v1/tasks/{waiting}")
     refused = service.refused("POST", f"/v1/tasks/{waiting}/orders", {"order": "hold"})
-    assert (refused["code"], refused["help"]) == ("already_ended", f"formiga why {waiting} tells how")
+    assert (refused["code"], refused["help"]) == ("already_ended", f"formiga why {waiting} shows how")
 
 
 def test_a_machine_that_has_told_no_checks_is_not_ready(service: Service, wording: Wording) -> None:

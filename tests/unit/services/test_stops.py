@@ -231,7 +231,7 @@ def test_orders_for_what_is_not_there_do_not_reach_the_engine(paper: Paper, word
         ("order_under_way", "let it come to its end, or: formiga hold PickUp-3"),
         ("lockdown", "formiga lockdown release"),
         ("human", "speak to them"),
-        ("not_held", "formiga tasks tells what is held"),
+        ("not_held", "formiga tasks shows what is held"),
     ],
 )
 def test_each_refusal_says_what_helps(paper: Paper, code: str, hint: str) -> None:
