@@ -404,4 +404,5 @@ class Core:
 
 def clock_stands(task: TaskRecord) -> bool:
     """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
-    return any(not isinstance(cause, ClearanceHold) for cause in task.hold.causes)
+    causes = task.hold.causes
+    return bool(causes) and any(not isinstance(cause, ClearanceHold) for cause in causes)
