@@ -98,7 +98,7 @@ def test_a_killed_drone_is_lost_and_found_hovering_and_brought_home(fly: Fly) ->
     rehearsal.run_for(40)
     assert rehearsal.engine.state.agents["hwd_1"].liveness == "LOST"
     assert pool(rehearsal)[0] == "QUARANTINED"
-    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "agent_lost")
+    assert (rehearsal.task(task).status, rehearsal.task(task).outcome.code) == ("FAILED", "agent_lost")
     assert pool(rehearsal, "hwd_2") == ("STANDBY", "grounded")
     assert rehearsal.engine.state.agents["hwd_1"].layer_m is not None
 
