@@ -6,6 +6,7 @@ is tested. Files with long tests begin first (`in_order`).
 
 import gc
 import os
+import time
 from collections.abc import Generator, Iterable
 from itertools import groupby
 
@@ -31,6 +32,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    os.environ["TZ"] = "UTC"  # times of day that people read are local
+    time.tzset()
     update = config.getoption("update_golden")
     if update and config.getoption("numprocesses", None):
         raise pytest.UsageError("--update-golden writes files, which one process does: leave out -n")
