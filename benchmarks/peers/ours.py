@@ -37,6 +37,7 @@ terrain: {flat: true, relief: 1 m}
 people: {watchers: [worker_0]}
 agents:
   worker_0: {type: worker}
+actions: []
 """
 START = 1_000_000 * SECOND
 PORTION = 1000

@@ -38,6 +38,7 @@ agents:
   watcher_1: {{type: watcher}}
 transports: {{zenoh: {{listen: "tcp/127.0.0.1:0", insecure: true}}}}
 mode: simulation
+actions: []
 """
 HOMES: Final[Mapping[str, str]] = {"lwd_1": "p1", "lwd_2": "p2", "hwd_1": "p3"}
 PORTS: Final[Mapping[str, tuple[float, float]]] = {"p1": (-60, 40), "p2": (0, 40), "p3": (60, 40), "p4": (120, 40)}

@@ -12,7 +12,6 @@ from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
 from formiga_bt.base.errors import UnusableFile as UnusableFile
-from formiga_bt.base.packaged import files as packaged_files
 from formiga_bt.base.packaged import folder
 
 if TYPE_CHECKING:
@@ -26,6 +25,8 @@ class CheckWorld(Struct, frozen=True):
     site: "Site | None" = None
     diagnostics: tuple[Diagnostic, ...] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
+    actions: tuple[Path, ...] = ()
+    """The catalogue files."""
 
 
 class ReadFile(Struct, frozen=True):
@@ -130,23 +131,50 @@ def _no_pipe(path: Path) -> None:
 
 
 def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> CheckWorld:
-    """Read the catalogue (default: the one that ships with formiga_bt) and the site, if any.
+    """Read a site, if any, and the catalogues that it uses (`lang.compose`).
 
-    A site called `demo` where there is no such file is the demo site that ships.
+    A site called `demo` where there is no such file is the demo site that ships. Without a site the catalogues are those of
+    `site.yaml` in the present folder, if there is one: a task is checked against the types that it will find here.
+
+    Args:
+        actions: catalogue files, or names of those that ship, added to those of the site.
+        site: the site file.
 
     Raises:
         UnusableFile: a file cannot be opened.
     """
-    from formiga_bt.lang.loader import load_catalogue, load_site
+    from formiga_bt.lang.compose import compose
 
-    files = [readable(path) for path in actions] if actions else packaged_files("actions")
-    if not files:
-        raise UnusableFile("this installation has no action catalogue; name yours with --actions FILE")
-    catalogue, diagnostics, sources = load_catalogue(files)
-    if site is None:
-        return CheckWorld(catalogue, None, tuple(diagnostics), dict(sources))
-    the_site, more, site_sources = load_site(readable(site_file(site)), catalogue)
-    return CheckWorld(catalogue, the_site, (*diagnostics, *more), {**sources, **site_sources})
+    added = added_catalogues(actions)
+    if site is not None:
+        found = compose(readable(site_file(site)), added)
+        return CheckWorld(found.catalogue, found.site, found.diagnostics, found.sources, found.files)
+    here = Path("site.yaml")
+    found = compose(here if here.is_file() else None, added)
+    mine = {str(path) for path in found.files}
+    problems = tuple(one for one in found.diagnostics if one.mark.file in mine)
+    sources = {name: text for name, text in found.sources.items() if name in mine}
+    return CheckWorld(found.catalogue, None, problems, sources, found.files)
+
+
+def added_catalogues(words: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the files that `--actions` means: of a catalogue that ships by its name, else of one here.
+
+    Raises:
+        UnusableFile: there is none, or it cannot be opened.
+    """
+    from formiga_bt.lang.site.catalogues import catalogue_file, shipped_catalogues
+
+    found = []
+    for word in words:
+        file = word if word.is_file() else catalogue_file(str(word), Path())
+        if file is None:
+            raise UnusableFile(
+                f"there is no catalogue {word}",
+                help=f"name a file, such as actions/{word}.yaml, or one that ships: {', '.join(shipped_catalogues())}",
+            )
+        found.append(readable(file))
+    return tuple(found)
 
 
 def is_demo(site: Path) -> bool:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 from formiga_bt.base.packaged import folder
-from formiga_bt.cli.inputs import UnusableFile, readable
+from formiga_bt.cli.inputs import UnusableFile, read_world, readable
 from formiga_bt.client import ApiError, Client
 from formiga_bt.show.facts import TaskLoaded
 
 if TYPE_CHECKING:
+    from formiga_bt.lang.model import Catalogue
     from formiga_bt.safety.drafted import Drafted
     from formiga_bt.services.kept.drafted import Known
 
@@ -59,7 +60,7 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
     from formiga_bt.safety.drafted import written
 
     answer: TaskLoaded | None = None
-    for bundle in bundles_of(path, site_root(client, site)):
+    for bundle in bundles_of(path, site_root(client, site), site):
         said = {"drafted": written(bundle.drafted)} if bundle.drafted is not None else {}
         answer = _send(client, bundle, {"file": bundle.file, "texts": bundle.texts, "by": by, **said})
         if not quiet and answer.what != "same":
@@ -93,27 +94,33 @@ def site_root(client: Client, site: Path | None) -> Path:
     return (site.parent if site is not None else Path()).resolve()
 
 
-def bundles_of(path: Path, root: Path) -> list[TaskFiles]:
+def bundles_of(path: Path, root: Path, site: Path | None = None) -> list[TaskFiles]:
     """Return what to send for a task file: first the tasks that it requests, then itself.
+
+    Args:
+        path: of the file.
+        root: the folder of the site.
+        site: its file, which names its catalogues; None = `site.yaml` in that folder, if there is one.
 
     Raises:
         UnusableFile: a file cannot be read, or lies outside of `root` or in a hidden folder.
     """
     from formiga_bt.services.kept.drafted import known_below
 
-    return list(_bundles(readable(path).resolve(), root, set(), known_below(root)))
+    file = site or root / "site.yaml"
+    catalogue = read_world((), file if file.is_file() else None).catalogue
+    return list(_bundles(readable(path).resolve(), root, catalogue, set(), known_below(root)))
 
 
-def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterator[TaskFiles]:
-    from formiga_bt.cli.inputs import read_world
+def _bundles(file: Path, root: Path, catalogue: "Catalogue", seen: set[Path], known: "Known") -> Iterator[TaskFiles]:
     from formiga_bt.lang.loader import load_task
     from formiga_bt.services.kept.drafted import who_drafted
 
     seen.add(file)
-    loaded = load_task(file, catalogue=read_world().catalogue)
+    loaded = load_task(file, catalogue=catalogue)
     for other in (Path(one) for one in loaded.task.requests.values() if one) if loaded.task is not None else ():
         if other not in seen and not _ships(other):
-            yield from _bundles(other, root, seen, known)
+            yield from _bundles(other, root, catalogue, seen, known)
     if str(file) not in loaded.sources:
         raise UnusableFile(f"cannot read {file}: {loaded.diagnostics[0].message if loaded.diagnostics else 'no text'}")
     # Labels of what ships are short, all others are whole paths, as the task's own is.

@@ -44,7 +44,7 @@ def _problems(project: Project, document: Document, watch: Recorder) -> Sequence
             loaded = load(
                 text,
                 file,
-                catalogue=project.catalogue(),
+                catalogue=project.catalogue(path),
                 site=project.site_of(path),
                 folder_=path.parent,
                 read=project.read,
@@ -52,15 +52,16 @@ def _problems(project: Project, document: Document, watch: Recorder) -> Sequence
             )
             return loaded.diagnostics
         case "site":
-            return load_site_text(text, file, project.catalogue())[1]
+            return load_site_text(text, file, project.catalogue(path))[1]
         case "catalogue":
-            files = project.actions if path.resolve() in project.actions else [*project.actions, path]
-            return load_catalogue(files, read=project.read)[1]
+            files = project.catalogue_files(path)
+            known = path.resolve() in [one.resolve() for one in files]
+            return load_catalogue(files if known else (*files, path), read=project.read)[1]
         case "scenario":
             folders = project.folders(path)
-            return load_scenario_text(text, file, catalogue=project.catalogue(), folders=folders).diagnostics
+            return load_scenario_text(text, file, actions=project.actions, folders=folders).diagnostics
         case "test":
             from formiga_bt.rehearsal.cases.reading import load_cases_text  # it brings the engine with it
 
             folders = project.folders(path)
-            return load_cases_text(text, file, catalogue=project.catalogue(), folders=folders).diagnostics
+            return load_cases_text(text, file, actions=project.actions, folders=folders).diagnostics

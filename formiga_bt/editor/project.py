@@ -5,13 +5,13 @@ server decides when to check.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
 from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
-from formiga_bt.base.packaged import files as packaged_files
 from formiga_bt.base.packaged import folder
 from formiga_bt.editor.grammar import FileKind, file_kind
 from formiga_bt.editor.index import FileIndex, build
@@ -21,6 +21,7 @@ from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.lang.site.catalogues import catalogue_file, catalogue_files
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.world import World
@@ -95,17 +96,17 @@ class Project:
     """Open files, and the catalogue and sites that they are checked against.
 
     Args:
-        actions: catalogue files; none = those that ship.
+        actions: catalogue files that are added to those of a site.
         site: the site of all files; None = a `site.yaml` in the folder of a file or above it.
         root: sites are not looked for above this folder.
     """
 
     def __init__(self, actions: Sequence[Path] = (), site: Path | None = None, root: Path | None = None) -> None:
-        self.actions = [path.resolve() for path in actions] or [path.resolve() for path in packaged_files("actions")]
+        self.actions = tuple((catalogue_file(str(path), Path()) or path).resolve() for path in actions)
         self.site = site.resolve() if site is not None else None
         self.root = root.resolve() if root is not None else None
         self.open: dict[Path, Document] = {}
-        self._catalogue: tuple[object, Catalogue, tuple[Diagnostic, ...]] | None = None
+        self._catalogues: dict[tuple[Path, ...], tuple[object, Catalogue]] = {}
         self._sites: dict[Path, tuple[object, Site | None]] = {}
         self._units: dict[Path, tuple[object, FileIndex]] = {}
 
@@ -132,24 +133,35 @@ class Project:
 
     # --- the world ----------------------------------------------------------------------------------------------
 
-    def catalogue(self) -> Catalogue:
-        """Return the agent types and actions, read again when a file changed."""
-        stamps = tuple(self.stamp(path) for path in self.actions)
-        if self._catalogue is None or self._catalogue[0] != stamps:
-            found, problems, _ = load_catalogue(self.actions, read=self.read)
-            self._catalogue = (stamps, found, tuple(problems))
-        return self._catalogue[1]
+    def catalogue_files(self, path: Path) -> tuple[Path, ...]:
+        """Return the catalogues of the site that a file is checked against; of a site, its own."""
+        document = self.open.get(path.resolve())
+        is_site = document is not None and document.kind == "site"
+        file = path if is_site else self.site or self._site_near(path)
+        text = ""
+        with suppress(OSError, UnicodeDecodeError):
+            text = self.read(file) if file is not None else ""
+        return catalogue_files(text, str(file), self.actions)
+
+    def catalogue(self, path: Path) -> Catalogue:
+        """Return the agent types and actions for a file, read again when one of their files changed."""
+        files = self.catalogue_files(path)
+        stamps = tuple(self.stamp(one) for one in files)
+        known = self._catalogues.get(files)
+        if known is None or known[0] != stamps:
+            known = self._catalogues[files] = (stamps, load_catalogue(files, read=self.read)[0])
+        return known[1]
 
     def site_of(self, path: Path) -> Site | None:
         """Return the site that a file is checked against, if there is a readable one."""
         file = self.site or self._site_near(path)
         if file is None:
             return None
-        stamp = (self.stamp(file), self._catalogue[0] if self._catalogue else None)
+        catalogue = self.catalogue(path)
+        stamp = (self.stamp(file), catalogue.digest)
         known = self._sites.get(file)
         if known is None or known[0] != stamp:
             document = self.open.get(file)
-            catalogue = self.catalogue()
             loaded = load_site_text(document.text, str(file), catalogue) if document else load_site(file, catalogue)
             known = self._sites[file] = (stamp, loaded[0] or (known[1] if known else None))
         return known[1]
@@ -184,7 +196,7 @@ class Project:
         """Return a task that a file may request; None if there is none of that name."""
         neighbours = self._neighbours(document)
         mark = neighbours.mark(name)
-        world = World(self.catalogue(), None)
+        world = World(self.catalogue(document.path), None)
         params = neighbours.params(name, lambda node: read_params(node, world, Problems()))
         if mark is None or params is None:
             return None
@@ -226,7 +238,7 @@ class Project:
         return known[1]
 
     def _signatures(self, index: FileIndex, path: Path, *, imported: bool) -> dict[str, Signature]:
-        world = World(self.catalogue(), None)
+        world = World(self.catalogue(path), None)
         found = {}
         for name, entry in index.subtrees().items():
             params = entry.value.get("params") if isinstance(entry.value, Mapping_) else None

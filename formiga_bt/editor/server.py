@@ -30,6 +30,7 @@ from formiga_bt.editor.index import Symbol
 from formiga_bt.editor.project import Document, Project, lines_of
 from formiga_bt.editor.report import FileSpan, ShownProblem, shown
 from formiga_bt.editor.worker import CheckerProcess, CheckJob, Report
+from formiga_bt.lang.site.catalogues import catalogue_file
 
 PAUSE_S: Final = 0.25
 """So long after the last key a file is checked."""
@@ -69,7 +70,7 @@ class Server(LanguageServer):
     """A language server with the files of one editor.
 
     Args:
-        actions: catalogue files; none = those that ship.
+        actions: catalogue files that are added to those of a site.
         site: the site of all files; None = a `site.yaml` beside or above each file.
     """
 
@@ -96,7 +97,7 @@ class Server(LanguageServer):
         the_site = self._site or (place / site if isinstance(site, str) and site else None)
         the_actions = self._actions
         if not the_actions and isinstance(actions, list):
-            the_actions = tuple(place / one for one in actions if isinstance(one, str))
+            the_actions = tuple(catalogue_file(one, place) or place / one for one in actions if isinstance(one, str))
         self.project = Project(the_actions, the_site, base)
 
     def put(self, uri: str, version: int, pause_s: float) -> None:
@@ -150,7 +151,7 @@ class Server(LanguageServer):
             return None
         project = self.project
         texts = {path: (one.version, one.text) for path, one in list(project.open.items())}
-        return self.checker.check(CheckJob(tuple(project.actions), project.site, project.root, document.path, texts))
+        return self.checker.check(CheckJob(project.actions, project.site, project.root, document.path, texts))
 
     def _finish(self, uri: str, document: Document, done: "asyncio.Future[Report | None]") -> None:
         error = done.exception()
@@ -160,7 +161,7 @@ class Server(LanguageServer):
         report, present = done.result(), self.documents.get(uri)
         if report is None or present is None:
             return
-        found = report.checked(document, self.project.catalogue(), self.project.site_of(document.path))
+        found = report.checked(document, self.project.catalogue(document.path), self.project.site_of(document.path))
         if found.seen is not None:
             present.seen = found.seen
         if present is not document:

@@ -40,7 +40,7 @@ class PositionView:
     @cached_property
     def catalogue(self) -> Catalogue:
         """Return the agent types and actions."""
-        return self.project.catalogue()
+        return self.project.catalogue(self.document.path)
 
     @cached_property
     def site(self) -> Site | None:

@@ -11,11 +11,11 @@ from typing import Final, Literal
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.catalogue import load_catalogue
+from formiga_bt.lang.compose import compose
 from formiga_bt.lang.files import read_file
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.scenario import load_scenario_text
-from formiga_bt.lang.site import load_site_text
 
 Kind = Literal["task", "library", "site", "scenario", "catalogue", "other"]
 """`other`: a test, or a profile; no fixes are offered for them."""
@@ -39,7 +39,13 @@ def kind_of(text: str) -> Kind:
 
 
 def check_text(
-    text: str, path: Path, catalogue: Catalogue, actions: Sequence[Path], site: Site | None
+    text: str,
+    path: Path,
+    catalogue: Catalogue,
+    actions: Sequence[Path],
+    site: Site | None,
+    *,
+    added: Sequence[Path] = (),
 ) -> list[Diagnostic]:
     """Return the problems of a file with this text.
 
@@ -49,14 +55,15 @@ def check_text(
         catalogue: agent types and actions.
         actions: the files of that catalogue.
         site: where tasks are to run.
+        added: catalogue files that count beside those that a site names.
     """
     file = str(path)
     match kind_of(text):
         case "site":
-            return load_site_text(text, file, catalogue)[1]
+            return [one for one in compose(path, added, text=text).diagnostics if one.mark.file == file]
         case "scenario":
             folders = (path.parent, folder("trees"))
-            return load_scenario_text(text, file, catalogue=catalogue, folders=folders).diagnostics
+            return load_scenario_text(text, file, actions=added, folders=folders).diagnostics
         case "catalogue":
             others = [other for other in actions if other.resolve() != path.resolve()]
             return load_catalogue([*others, path], read=lambda one: text if one == path else read_file(one))[1]

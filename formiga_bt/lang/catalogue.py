@@ -27,6 +27,7 @@ from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
+    plain,
     quoted_list,
     read_flag,
     read_mapping,
@@ -94,7 +95,7 @@ def load_catalogue(
     """Read catalogue files.
 
     Args:
-        files: in order; a name may be defined once.
+        files: in order; a name may be defined again only with the same words.
         library: the folders where the types' subtrees are looked up; None = the packaged trees.
         read: gives the text of a file.
 
@@ -145,13 +146,11 @@ class _CatalogueReader:
         name = entry.key.text
         if read_name(entry.key, self.problems, "name") is None:
             return
-        if name in into:
-            first = into[name].key.mark
-            self.problems.add(
-                "E018", entry.key.mark, f"'{name}' is defined twice; first at {first}", "keep one of them"
-            )
-            return
-        into[name] = entry
+        first = into.setdefault(name, entry)
+        if first is not entry and plain(first.value) != plain(entry.value):
+            what = f"'{name}' is defined at {first.key.mark} already, and differs here"
+            help_ = "keep one of them, give one another name, or use one of the two catalogues"
+            self.problems.add("E018", entry.key.mark, what, help_)
 
     def finish(self) -> Catalogue:
         """Build the catalogue."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from formiga_bt.base.errors import UnusableFile
-from formiga_bt.base.packaged import files, folder
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.model import Catalogue, Site
 
 
@@ -31,21 +31,20 @@ def world_of(site: Path | None = None, actions: Sequence[Path] = ()) -> RequestW
 
     Args:
         site: the site file; None = the demo site that ships.
-        actions: catalogue files; none = the one that ships.
+        actions: catalogue files that are added to those of the site.
 
     Raises:
         UnusableFile: a file has errors.
     """
-    from formiga_bt.lang.loader import load_catalogue, load_site
+    from formiga_bt.lang.compose import compose
 
-    catalogue, problems, _ = load_catalogue(list(actions) or files("actions"))
     path = site or folder("trees") / "demo-site.yaml"
-    the_site, more, _ = load_site(path, catalogue)
-    wrong = [d for d in (*problems, *more) if d.severity == "error"]
-    if the_site is None or wrong:
+    found = compose(path, actions)
+    wrong = [d for d in found.diagnostics if d.severity == "error"]
+    if found.site is None or wrong:
         said = f": {wrong[0].code}: {wrong[0].message}" if wrong else ""
         raise UnusableFile(f"{path} or the catalogue has errors{said}", help=f"formiga check {path}")
-    return RequestWorld(catalogue, the_site, (), _tasks_beside(path) if site is not None else {})
+    return RequestWorld(found.catalogue, found.site, (), _tasks_beside(path) if site is not None else {})
 
 
 def _tasks_beside(site: Path) -> dict[str, str]:

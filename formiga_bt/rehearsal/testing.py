@@ -13,11 +13,12 @@ from typing import Any, TypeVar
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.base.packaged import files, folder
+from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
-from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_task_text
+from formiga_bt.lang.compose import compose
+from formiga_bt.lang.loader import load_task, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.rehearsal.rehearsal import Rehearsal
@@ -32,11 +33,9 @@ BASE = Place(0.0, 0.0)
 @cache
 def packaged_world() -> tuple[Site, Catalogue]:
     """Return the demo site and the catalogue that ship with formiga_bt."""
-    catalogue, problems, _ = load_catalogue(sorted(files("actions")))
-    assert not problems, problems
-    site, problems, _ = load_site(folder("trees") / "demo-site.yaml")
-    assert site is not None, problems
-    return site, catalogue
+    world = compose(folder("trees") / "demo-site.yaml")
+    assert world.site is not None, world.diagnostics
+    return world.site, world.catalogue
 
 
 @cache

@@ -217,7 +217,7 @@ class Killing:
         assert ":7447" in site
         assert MORE[0] in site
         # An engine of many deaths is away for long: neither its people nor its machines shall take that for the end of it.
-        site = site.replace(":7447", ":0").replace(*MORE) + "resume_hold_after: 10 min\n"
+        site = site.replace(":7447", ":0").replace(*MORE) + "resume_hold_after: 10 min\nactions: []\n"
         (self.folder / "site.yaml").write_text(site, encoding="utf-8")
         actions = (packaged("actions") / "base.yaml").read_text(encoding="utf-8")
         assert "link_silence: 10 s" in actions

@@ -36,8 +36,9 @@ SOON_LOST = dict.fromkeys(SHORT, "suspect_after: 4 s\n    lost_after: 8 s")
 """Longer than `SHORT`: while nine processes start, a busy computer keeps one waiting for more than 2 s."""
 SOON = """
 from pathlib import Path
-from formiga_bt.cli import inputs, main
-inputs.packaged_files = lambda name: [Path({actions!r})]
+from formiga_bt.cli import main
+from formiga_bt.lang.site import catalogues
+catalogues.shipped_catalogues = lambda: {{"base": Path({actions!r})}}
 main()
 """
 """`formiga`, but of another catalogue: in it a drone that is silent is lost soon, which is counted in wall time."""

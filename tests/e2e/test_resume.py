@@ -6,7 +6,7 @@ import re
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -52,8 +52,8 @@ def flying(shell: Shell, action: str) -> bool:
         return any(agent["action"] == action for agent in json.loads(answer.read())["agents"])
 
 
-def fleet(shell: Shell, address: EngineAddress, folder: Path) -> FleetProcesses:
-    world = read_world((), shell.folder / "site.yaml")
+def fleet(shell: Shell, address: EngineAddress, folder: Path, actions: Sequence[Path] = ()) -> FleetProcesses:
+    world = read_world(actions, shell.folder / "site.yaml")
     assert world.site is not None
     specs = [spec for spec in fleet_of(world.site, world.catalogue) if spec.id != "watcher_1"]
     return FleetProcesses(specs, site=world.site.name, connect=address.endpoint, state_dir=folder)
@@ -147,8 +147,10 @@ def test_an_engine_that_was_stopped_goes_on_and_no_machine_is_lost(shell: Shell,
     quick = shipped.replace("suspect_after: 3 s\n    lost_after: 30 s", "suspect_after: 1 s\n    lost_after: 3 s")
     assert quick != shipped
     actions.write_text(quick, encoding="utf-8")
+    site = shell.folder / "site.yaml"
+    site.write_text(site.read_text(encoding="utf-8") + "actions: []\n", encoding="utf-8")
     address = shell.up("--desk", "watcher_1", "--actions", str(actions), "--speed", "5")
-    with fleet(shell, address, tmp_path / "sim"):
+    with fleet(shell, address, tmp_path / "sim", [actions]):
         wait_for_agents(shell, 5)
         shell.run("run", "Hello", "--param", "target=lake_shore")
         wait(lambda: flying(shell, "GoTo"), what="a leg of Hello-1")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.author.checking import FORMS, Form, check
 from formiga_bt.cli.inputs import UnusableFile
 
@@ -17,12 +18,7 @@ def command(
         ),
     ],
     site: Annotated[Path | None, typer.Option(help="Site file: fence, places, ports.", metavar="FILE")] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Catalogue file; may be repeated. Default: the catalogue that ships with formiga.", metavar="FILE"
-        ),
-    ] = None,
+    actions: ActionsOption = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse warnings too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
     as_sarif: Annotated[bool, typer.Option("--sarif", help="Print a SARIF 2.1.0 log instead of text.")] = False,

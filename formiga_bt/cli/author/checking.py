@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
-from formiga_bt.cli.inputs import CheckWorld, UnusableFile, find_tasks, read_task, read_world, rendered
+from formiga_bt.cli.inputs import (
+    CheckWorld,
+    UnusableFile,
+    added_catalogues,
+    find_tasks,
+    read_task,
+    read_world,
+    rendered,
+)
 
 Form = Literal["text", "json", "sarif", "github"]
 
@@ -32,7 +40,7 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     """
     given = find_tasks(files)
     paths = given.tasks
-    world = read_world(actions, site)
+    world, actions = read_world(actions, site), added_catalogues(actions)
     found, sources = list(world.diagnostics), dict(world.sources)
     tasks = []
     for path in paths:
@@ -80,18 +88,17 @@ def _other(path: Path, world: CheckWorld, actions: Sequence[Path]) -> tuple[Sequ
     if re.search(r"^[\"']?formiga_test[\"']?[ \t]*:", text, re.MULTILINE):
         from formiga_bt.rehearsal.cases.reading import load_cases
 
-        cases = load_cases(path, catalogue=world.catalogue)
+        cases = load_cases(path, actions=actions)
         return cases.diagnostics, cases.sources
     if re.search(r"^[\"']?formiga_profile[\"']?[ \t]*:", text, re.MULTILINE):
         from formiga_bt.lang.request.profiles import load_profile
 
         profile = load_profile(path)
         return profile.diagnostics, profile.sources
-    from formiga_bt.base.packaged import files
     from formiga_bt.lang.any_file import check_text
 
     known = [d for d in world.diagnostics if d.mark.file == str(path)]
-    found = check_text(text, path, world.catalogue, actions or files("actions"), world.site)
+    found = check_text(text, path, world.catalogue, world.actions, world.site, added=actions)
     return [one for one in found if one not in known], {str(path): text}
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from msgspec.structs import replace
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import CheckWorld, ReadFile, UnusableFile, read_task, read_world, readable, rendered
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def command(
     width: Annotated[int | None, typer.Option(min=40, help="Columns to fit into. Default: the terminal's.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
     site: Annotated[Path | None, typer.Option(help="Site file that both are checked against.", metavar="FILE")] = None,
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
 ) -> None:
     """Show what changed between two tasks: added, removed, moved, changed, renamed, and what to look at for safety.
 

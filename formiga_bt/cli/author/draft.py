@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from formiga_bt.base.visible import visible
-from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file, written
+from formiga_bt.cli.actions_option import ActionsOption
+from formiga_bt.cli.inputs import UnusableFile, added_catalogues, is_demo, readable, site_file, written
 from formiga_bt.cli.printing import user
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def command(
         Path | None,
         typer.Option(help="Site file. Default: site.yaml of this folder, else the demo site.", metavar="FILE"),
     ] = None,
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the task there.", metavar="FILE")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
     run: Annotated[bool, typer.Option("--run", help="Ask, and have the running engine read and start it.")] = False,
@@ -76,7 +77,7 @@ def command(
     here = Path("site.yaml")
     named = site or (here if here.is_file() else None)
     path = None if named is None or is_demo(named) else readable(site_file(named))
-    world = world_of(path, [readable(one) for one in actions or ()])
+    world = world_of(path, added_catalogues(actions or ()))
     if run and not _is_terminal():
         raise UnusableFile("--run asks a person, and this is no terminal", help="-o FILE, then formiga run")
     if go_on and edit is not None:

@@ -67,15 +67,14 @@ def command(
 
 
 def _folder(site: Path | None) -> Path:
-    from formiga_bt.base.packaged import files, folder
-    from formiga_bt.lang.loader import load_catalogue, load_site
+    from formiga_bt.base.packaged import folder
+    from formiga_bt.lang.compose import compose
     from formiga_bt.llm.drafts import drafts_folder
 
     here = Path("site.yaml")
     named = site or (here if here.is_file() else None)
     path = None if named is None or is_demo(named) else readable(site_file(named))
-    catalogue, _, _ = load_catalogue(files("actions"))
-    found, _, _ = load_site(path or folder("trees") / "demo-site.yaml", catalogue)
+    found = compose(path or folder("trees") / "demo-site.yaml").site
     if found is None:
         raise UnusableFile(f"{path} has errors", help=f"formiga check {path}")
     return drafts_folder(path, found.name)

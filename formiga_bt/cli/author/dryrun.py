@@ -12,6 +12,7 @@ import typer
 
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.author.flown import check_pictures, draw_steps
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_task, read_world, shipped_task
 from formiga_bt.cli.params import ProfileOption, of_profile, read_params
@@ -49,7 +50,7 @@ def command(
             metavar="FILE",
         ),
     ] = None,
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
     answer: Annotated[
         list[str] | None,
         typer.Option(

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.base.packaged import files as packaged_files
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.author.rewriting import difference, read_exactly, rewrite, yaml_files
-from formiga_bt.cli.inputs import UnusableFile, read_world, rendered
+from formiga_bt.cli.inputs import UnusableFile, added_catalogues, read_world, rendered
 
 
 def command(
@@ -18,12 +18,7 @@ def command(
         typer.Argument(help="Tasks, libraries, sites, catalogues, scenarios; or folders of them.", metavar="FILE"),
     ],
     site: Annotated[Path | None, typer.Option(help="Site file: fence, places, ports.", metavar="FILE")] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Catalogue file; may be repeated. Default: the catalogue that ships with formiga.", metavar="FILE"
-        ),
-    ] = None,
+    actions: ActionsOption = None,
     diff: Annotated[bool, typer.Option("--diff", help="Change nothing; show what would change.")] = False,
     write: Annotated[bool, typer.Option("--write", help="Do not ask before writing.")] = False,
 ) -> None:
@@ -38,12 +33,14 @@ def command(
     if diff and write:
         raise UnusableFile("--diff and --write exclude one another")
     world = read_world(actions or (), site)
-    catalogue_files = actions or packaged_files("actions")
+    added = added_catalogues(actions or ())
     changed = left = 0
     unwritten = False
     for path in yaml_files(files):
         text = read_exactly(path)
-        check = partial(check_text, path=path, catalogue=world.catalogue, actions=catalogue_files, site=world.site)
+        check = partial(
+            check_text, path=path, catalogue=world.catalogue, actions=world.actions, site=world.site, added=added
+        )
         done = mend(text, str(path), check)
         left += len(done.left)
         if done.text == text:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
 from formiga_bt.cli.options import TokenFileOption, UrlOption
 from formiga_bt.cli.past import AtOption, JournalOption, is_past
@@ -53,7 +54,7 @@ def command(
     token_file: TokenFileOption = None,
     journal: JournalOption = "",
     at: AtOption = "",
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
 ) -> None:
     """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
 

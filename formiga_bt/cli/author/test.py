@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.base.diagnostics import in_order
+from formiga_bt.base.diagnostics import Diagnostic, in_order
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.author.dryrun import MostSeconds, MostSteps
-from formiga_bt.cli.inputs import UnusableFile, read_world, readable, rendered
+from formiga_bt.cli.inputs import UnusableFile, added_catalogues, readable, rendered
 from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, RunSpending
 
 if TYPE_CHECKING:
@@ -25,12 +26,7 @@ def command(
         bool, typer.Option("--coverage", help="Report which steps and branches no case reached.")
     ] = False,
     only: Annotated[str, typer.Option("-k", help="Only cases with this in their name.", metavar="NAME")] = "",
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Catalogue file; may be repeated. Default: the catalogue that ships with formiga.", metavar="FILE"
-        ),
-    ] = None,
+    actions: ActionsOption = None,
     most_steps: MostSteps = MOST_WAKES,
     most_seconds: MostSeconds = MOST_S,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
@@ -41,11 +37,11 @@ def command(
     """
     from formiga_bt.rehearsal.cases.reading import load_cases
 
-    world = read_world(actions or ())
-    problems, sources = list(world.diagnostics), dict(world.sources)
+    problems, sources = list[Diagnostic](), dict[str, str]()
+    added = added_catalogues(actions or ())
     read = []
     for path in test_files(files):
-        loaded = load_cases(path, catalogue=world.catalogue)
+        loaded = load_cases(path, actions=added)
         problems += loaded.diagnostics
         sources.update(loaded.sources)
         read += [loaded.cases] if loaded.cases is not None else []

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import read_task, read_world, readable, rendered, written
 
 
@@ -22,7 +23,7 @@ def command(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE of --out.")] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse if anything is lost.")] = False,
     site: Annotated[Path | None, typer.Option(help="Site file.", metavar="FILE")] = None,
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
 ) -> None:
     """Write a task in another tool's format, and report what that format cannot say.
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile, read_world, readable, rendered, written
 
 
@@ -12,10 +13,7 @@ def command(
     file: Annotated[Path, typer.Argument(help="XML file of BehaviorTree.CPP (versions 3 and 4).", metavar="FILE")],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write to this file.", metavar="FILE")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE of --out.")] = False,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option("--actions", "--catalogue", help="Catalogue file; may be repeated.", metavar="FILE"),
-    ] = None,
+    actions: ActionsOption = None,
 ) -> None:
     """Read an XML file of BehaviorTree.CPP as a task file, and report what cannot be carried over.
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from formiga_bt.base.extras import install
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile, readable, site_file
 
 
@@ -15,10 +16,7 @@ def command(
         Path | None,
         typer.Option(help="Site file; without it, a site.yaml beside or above each task.", metavar="FILE"),
     ] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
-    ] = None,
+    actions: ActionsOption = None,
     stdio: Annotated[bool, typer.Option("--stdio", help="Over stdin and stdout, as always.")] = False,
 ) -> None:
     """Serve an editor: problems as you type, completion, hover, definitions, rename. Set-up: docs/editors.md.

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from formiga_bt.base.extras import install
-from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
+from formiga_bt.cli.actions_option import ActionsOption
+from formiga_bt.cli.inputs import UnusableFile, added_catalogues, is_demo, readable
 from formiga_bt.cli.options import TokenFileOption, UrlOption
 from formiga_bt.cli.printing import user
 
@@ -24,10 +25,7 @@ def command(
             metavar="FILE",
         ),
     ] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
-    ] = None,
+    actions: ActionsOption = None,
     by: Annotated[str, typer.Option(help="For whom the assistant works. Default: you.", metavar="NAME")] = "",
     url: UrlOption = "",
     token_file: TokenFileOption = None,
@@ -45,7 +43,7 @@ def command(
     from formiga_bt.llm.mcp.ground import ServerFiles, ground_of
     from formiga_bt.llm.mcp.server import serve
 
-    where = ServerFiles(file, tuple(str(readable(path).resolve()) for path in actions or ()))
+    where = ServerFiles(file, tuple(str(path.resolve()) for path in added_catalogues(actions or ())))
     ground_of(where)
 
     def engine() -> "Source":

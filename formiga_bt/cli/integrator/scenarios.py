@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.packaged import folder
-from formiga_bt.cli.inputs import UnusableFile, read_world, readable
+from formiga_bt.cli.inputs import UnusableFile, added_catalogues, readable
 
 if TYPE_CHECKING:
     from formiga_bt.lang.scenario import Scenario
@@ -46,10 +46,9 @@ def read_scenario(word: str, actions: Sequence[Path] = ()) -> "Scenario":
     from formiga_bt.lang.scenario import load_scenario
 
     path = find_scenario(word)
-    world = read_world(actions)
-    loaded = load_scenario(path, catalogue=world.catalogue)
-    errors = [problem for problem in (*world.diagnostics, *loaded.diagnostics) if problem.severity == "error"]
+    loaded = load_scenario(path, actions=added_catalogues(actions))
+    errors = [problem for problem in loaded.diagnostics if problem.severity == "error"]
     if loaded.scenario is None or errors:
-        sources = {**world.sources, **loaded.sources}
-        raise FormigaError("\n\n".join([*(render(problem, sources) for problem in errors), f"{path} cannot be played"]))
+        texts = [render(problem, loaded.sources) for problem in errors]
+        raise FormigaError("\n\n".join([*texts, f"{path} cannot be played"]))
     return loaded.scenario

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile, read_world, rendered
 
 
@@ -20,16 +21,12 @@ def command(
     site: Annotated[
         Path | None,
         typer.Option(
-            help="Site whose places are completed. Default: site.yaml of this folder, if any.", metavar="FILE"
+            help="Site whose catalogues and places are known. Default: site.yaml of this folder, if any.",
+            metavar="FILE",
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write it there instead of printing it.", metavar="FILE")] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Catalogue file; may be repeated. Default: the catalogue that ships with formiga.", metavar="FILE"
-        ),
-    ] = None,
+    actions: ActionsOption = None,
 ) -> None:
     """Print the JSON Schema of the language, with the types and actions of the catalogue.
 
@@ -38,7 +35,7 @@ def command(
     if editor == llm or (strict and not llm):
         raise UnusableFile("say which: --editor, or --llm (--strict goes with --llm)")
     here = Path("site.yaml")
-    world = read_world(actions or (), site or (here if editor and here.is_file() else None))
+    world = read_world(actions or (), site or (here if here.is_file() else None))
     if any(problem.severity == "error" for problem in world.diagnostics):
         typer.echo("\n\n".join(rendered(world.diagnostics, world.sources)), err=True)
         raise typer.Exit(1)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.integrator.scenarios import read_scenario
 
@@ -62,7 +63,7 @@ def command(
         ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Instead of the scenario's own.", min=0)] = None,
-    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    actions: ActionsOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
 ) -> None:
     """Start the site's agents, simulated, each a process of its own; or play a scenario: agents, tasks, and what goes wrong.

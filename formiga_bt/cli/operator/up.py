@@ -12,6 +12,7 @@ import typer
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.site_folder import SiteFolder, check_free
 from formiga_bt.base.visible import visible
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo, read_world, rendered
 from formiga_bt.cli.operator.library import check_options, read_library, warn_of_waits
 
@@ -44,10 +45,7 @@ def command(
         list[Path] | None,
         typer.Option(help="Task file or folder; may be repeated. Default: trees/ beside the site file.", metavar="DIR"),
     ] = None,
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
-    ] = None,
+    actions: ActionsOption = None,
     speed: Annotated[
         float, typer.Option(help="Engine seconds per wall second, up to 20.", metavar="X", min=0.1, max=20.0)
     ] = 1.0,

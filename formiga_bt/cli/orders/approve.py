@@ -16,6 +16,7 @@ import typer
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
 from formiga_bt.base.site_folder import FOLDER, SiteFolder, is_running
+from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import (
     CheckWorld,
     UnusableFile,
@@ -48,10 +49,7 @@ def command(
     revoke: Annotated[bool, typer.Option("--revoke", help="Take the approval back.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="List what is approved.")] = False,
     site: Annotated[Path, typer.Option(help="Site file.", metavar="FILE")] = Path("site.yaml"),
-    actions: Annotated[
-        list[Path] | None,
-        typer.Option(help="Catalogue file; may be repeated. As given to `formiga up`.", metavar="FILE"),
-    ] = None,
+    actions: ActionsOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="With --list: print JSON instead of text.")] = False,
 ) -> None:
     """Approve a task for flights on a site in mode real: as it is now, with its imports, the catalogue and the site's fences.

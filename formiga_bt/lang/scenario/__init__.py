@@ -21,9 +21,10 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
 from formiga_bt.base.packaged import folder
+from formiga_bt.lang.compose import Composed, compose
 from formiga_bt.lang.keyed import Keys, read_root, text_of
 from formiga_bt.lang.loader import load_site
-from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario.agents import read_agents
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import (
@@ -56,6 +57,7 @@ __all__ = [
     "load_scenario",
     "load_scenario_text",
     "own_tasks",
+    "site_at",
 ]
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
@@ -70,29 +72,44 @@ class LoadedScenario:
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-def load_scenario(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | None = None) -> LoadedScenario:
+def load_scenario(
+    path: Path,
+    *,
+    catalogue: Catalogue | None = None,
+    actions: Sequence[Path] = (),
+    library: Sequence[Path] | None = None,
+) -> LoadedScenario:
     """Read and check a scenario file, its site and its tasks.
 
     Args:
         path: of the file.
-        catalogue: agent types and actions.
+        catalogue: agent types and actions; None = those of its site.
+        actions: catalogue files that are added to those of its site.
         library: the folders where sites and tasks are looked up that are not beside the file; None = the packaged trees.
     """
     problems = Problems()
     text = text_of(path, problems)
     if text is None:
         return LoadedScenario(None, problems.found)
-    return load_scenario_text(text, str(path), catalogue=catalogue, folders=(path.parent, *_library(library)))
+    folders = (path.parent, *_library(library))
+    return load_scenario_text(text, str(path), catalogue=catalogue, actions=actions, folders=folders)
 
 
 def load_scenario_text(
-    text: str, file: str, *, catalogue: Catalogue, folders: Sequence[Path] | None = None
+    text: str,
+    file: str,
+    *,
+    catalogue: Catalogue | None = None,
+    actions: Sequence[Path] = (),
+    folders: Sequence[Path] | None = None,
 ) -> LoadedScenario:
     """Read the text of a scenario; `file` is its name in marks, `folders` where its site and tasks are looked up."""
     problems = Problems()
     sources = {file: text}
     keys = read_root(text, file, SCENARIO, problems, what="scenario", owner="a scenario", begin="scenario: a_name")
-    scenario = _read(problems, sources, keys, catalogue, folders or _library(None), file) if keys is not None else None
+    scenario: Scenario | None = None
+    if keys is not None:
+        scenario = _read(problems, sources, keys, (catalogue, actions), folders or _library(None), file)
     return LoadedScenario(None if problems.has_errors() else scenario, in_order(problems.found), sources)
 
 
@@ -104,15 +121,21 @@ def _read(
     problems: Problems,
     sources: dict[str, str],
     keys: Keys,
-    catalogue: Catalogue,
+    known: tuple[Catalogue | None, Sequence[Path]],
     folders: Sequence[Path],
     file: str,
 ) -> Scenario | None:
-    """Build the scenario; what is wrong was reported."""
-    site, where = _site(problems, sources, keys, catalogue, folders)
+    """Build the scenario; what is wrong was reported. `known`: its catalogue, or what is added to that of its site."""
+    where = _site_file(problems, keys, folders)
     name, speed = _name(keys), keys.number("speed")
-    if site is None:
+    if where is None:
         return None  # nothing else can be read without places and agents
+    world = site_at(where, *known)
+    problems.extend(world.diagnostics)
+    sources.update(world.sources)
+    site, catalogue = world.site, world.catalogue
+    if site is None:
+        return None
     book = Book(problems, sources, keys, catalogue, site, folders)
     seed, wind = keys.whole("seed"), keys.inside("wind", WIND, "the wind")
     agents = read_agents(book)
@@ -148,28 +171,26 @@ def _name(keys: Keys) -> str:
     return at.text if at is not None else ""
 
 
-def _site(
-    problems: Problems,
-    sources: dict[str, str],
-    keys: Keys,
-    catalogue: Catalogue,
-    folders: Sequence[Path],
-) -> tuple[Site | None, Path | None]:
-    """Return the site, and its file."""
+def site_at(path: Path, catalogue: Catalogue | None, actions: Sequence[Path]) -> Composed:
+    """Return the site of a file with a catalogue; None = with those that it uses, and `actions`."""
+    if catalogue is None:
+        return compose(path, actions)
+    site, found, sources = load_site(path, catalogue)
+    return Composed(catalogue, site, (), tuple(found), sources)
+
+
+def _site_file(problems: Problems, keys: Keys, folders: Sequence[Path]) -> Path | None:
+    """Return the file of the site, or None (reported)."""
     at = keys.text("site")
     if at is None:
-        return None, None
+        return None
     path = next((place / at.text for place in folders if at.text and _is_file(place / at.text)), None)
     if path is None:
         known = sorted({p.name for place in folders for p in place.glob("*site*.yaml")})
         what = f"no site file '{shorten(at.text)}'{did_you_mean(at.text, known)}"
         help_ = f"sites: {quoted_list(known)}" if known else "a path relative to this file"
         problems.add("E008", at.mark, what, help_, fix_word(at, surely(at.text, known)))
-        return None, None
-    site, found, sources = load_site(path, catalogue)
-    problems.extend(found)
-    sources.update(sources)
-    return site, path
+    return path
 
 
 def own_tasks(site_file: Path | None) -> Path | None:

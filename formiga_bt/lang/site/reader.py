@@ -10,6 +10,7 @@ from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.keyed import check_version, read_inside
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
+from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, TRANSPORTS, ZENOH
@@ -35,6 +36,8 @@ class SiteReader(Points):
     def read(self, text: str) -> Site:
         """Build the site; where something is wrong it has been reported and is left out."""
         check_version(self.keys, "formiga_site", "this site needs")
+        if "actions" in self.keys:
+            check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
         ports = {e.key.text: port for e in self.entries("ports") if (port := self._port(e)) is not None}
         agents = self._agents()
         pilots = self._pilots()

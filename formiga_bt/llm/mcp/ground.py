@@ -12,8 +12,9 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.base.errors import UnusableFile
-from formiga_bt.base.packaged import files, folder
-from formiga_bt.lang.loader import Loaded, load_catalogue, load_site, load_task_text
+from formiga_bt.base.packaged import folder
+from formiga_bt.lang.compose import compose
+from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.request.aliases import names_in
 from formiga_bt.lang.text.document import Listing, Mapping_, Scalar, parse
@@ -114,10 +115,10 @@ def ground_of(where: ServerFiles) -> ServedSite:
     Raises:
         UnusableFile: a file has errors.
     """
-    catalogue, problems, _ = load_catalogue([Path(one) for one in where.actions] or files("actions"))
     path = Path(where.site) if where.site is not None else folder("trees") / "demo-site.yaml"
-    site, more, _ = load_site(path, catalogue)
-    wrong = [d for d in (*problems, *more) if d.severity == "error"]
+    found = compose(path, [Path(one) for one in where.actions])
+    catalogue, site = found.catalogue, found.site
+    wrong = [d for d in found.diagnostics if d.severity == "error"]
     if site is None or wrong:
         said = f": {wrong[0].code}: {wrong[0].message}" if wrong else ""
         raise UnusableFile(f"{path} or the catalogue has errors{said}", help=f"formiga check {path}")

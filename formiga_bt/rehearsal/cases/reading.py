@@ -18,11 +18,11 @@ from formiga_bt.base.clock import micros
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.keyed import Keys, check_version, read_keys, read_root, text_of
-from formiga_bt.lang.loader import load_site, load_task
+from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.request.profiles import load_profile, profile_file, unknown_profile
 from formiga_bt.lang.request.requested import with_requested
-from formiga_bt.lang.scenario import own_tasks
+from formiga_bt.lang.scenario import own_tasks, site_at
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
@@ -48,12 +48,19 @@ class LoadedCases:
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
-def load_cases(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | None = None) -> LoadedCases:
+def load_cases(
+    path: Path,
+    *,
+    catalogue: Catalogue | None = None,
+    actions: Sequence[Path] = (),
+    library: Sequence[Path] | None = None,
+) -> LoadedCases:
     """Read and check a test file, its task and its site.
 
     Args:
         path: of the file.
-        catalogue: agent types and actions.
+        catalogue: agent types and actions; None = those of its site.
+        actions: catalogue files that are added to those of its site.
         library: the folders where tasks and sites are looked up that are not beside the file; None = the packaged trees.
     """
     problems = Problems()
@@ -61,12 +68,14 @@ def load_cases(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | No
     if text is None:
         return LoadedCases(None, problems.found)
     folders = (path.parent, *((folder("trees"),) if library is None else library))
-    return load_cases_text(text, str(path), catalogue=catalogue, folders=folders)
+    return load_cases_text(text, str(path), catalogue=catalogue, actions=actions, folders=folders)
 
 
-def load_cases_text(text: str, file: str, *, catalogue: Catalogue, folders: Sequence[Path]) -> LoadedCases:
+def load_cases_text(
+    text: str, file: str, *, catalogue: Catalogue | None = None, actions: Sequence[Path] = (), folders: Sequence[Path]
+) -> LoadedCases:
     """Read the text of a test file; `file` is its name in marks, `folders` where its task and site are looked up."""
-    reader = _Reader(file, text, catalogue, folders)
+    reader = _Reader(file, text, (catalogue, actions), folders)
     found = reader.read()
     errors = reader.problems.has_errors()
     return LoadedCases(None if errors else found, in_order(reader.problems.found), reader.sources)
@@ -75,12 +84,15 @@ def load_cases_text(text: str, file: str, *, catalogue: Catalogue, folders: Sequ
 class _Reader:
     """Reads one test file."""
 
-    def __init__(self, file: str, text: str, catalogue: Catalogue, folders: Sequence[Path]) -> None:
+    def __init__(
+        self, file: str, text: str, known: tuple[Catalogue | None, Sequence[Path]], folders: Sequence[Path]
+    ) -> None:
         self.problems = Problems()
         self.sources = {file: text}
         self._file = file
         self._text = text
-        self._catalogue = catalogue
+        self._known = known
+        self._catalogue = known[0] or Catalogue()
         self._folders = folders
         self._own: Path | None = None
         """The folder of the site's own tasks."""
@@ -110,10 +122,11 @@ class _Reader:
         if path is None:
             return None
         self._own = own_tasks(path)
-        site, found, sources = load_site(path, self._catalogue)
-        self.problems.extend(found)
-        self.sources.update(sources)
-        return site
+        world = site_at(path, *self._known)
+        self.problems.extend(world.diagnostics)
+        self.sources.update(world.sources)
+        self._catalogue = world.catalogue
+        return world.site
 
     def _task(self, keys: Keys, site: Site) -> Task | None:
         at = keys.text("task")

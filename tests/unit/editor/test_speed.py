@@ -29,7 +29,7 @@ def test_the_last_of_2000_steps_is_answered_at_once(
     ask: Callable[[Project, Document, int], object], tmp_path: Path
 ) -> None:
     project = Project()
-    project.catalogue()
+    project.catalogue(tmp_path / "long.yaml")
     document = Document(tmp_path / "big.yaml", HEAD + STEP * 2000, 1)
     document.index()
     times = []

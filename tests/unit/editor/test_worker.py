@@ -46,7 +46,7 @@ def test_it_reports_what_a_check_here_finds_and_what_was_visible(checker: Checke
     report = checker.check(asked)
 
     assert report is not None
-    there = report.checked(document, project.catalogue(), project.site_of(document.path))
+    there = report.checked(document, project.catalogue(document.path), project.site_of(document.path))
     assert there.diagnostics == here.diagnostics
     assert there.seen is not None
     assert here.seen is not None

@@ -1,0 +1,84 @@
+"""The catalogues that a site names: `actions: [base, ground, actions/mine.yaml]`. One rule says which file a word means.
+
+A word without a folder and without a suffix is a catalogue that ships; all else is a file, relative to the site file.
+Called by the reader of sites, which reports what is wrong, and by `lang.compose`, which reads the files.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Final
+
+from formiga_bt.base.packaged import files as packaged_files
+from formiga_bt.lang.text.document import Listing, Mapping_, Scalar, parse_file
+from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, shorten
+from formiga_bt.lang.text.synonyms import surely
+
+BASE: Final = "base"
+"""The catalogue that each site has that does not say `actions: []`."""
+
+
+def shipped_catalogues() -> Mapping[str, Path]:
+    """Return the catalogues that ship, by name."""
+    return {path.stem: path for path in packaged_files("actions")}
+
+
+def is_name(word: str) -> bool:
+    """Return whether a word means a catalogue that ships, and not a file."""
+    path = Path(word)
+    return bool(word) and not path.suffix and path.name == word
+
+
+def catalogue_file(word: str, folder: Path) -> Path | None:
+    """Return the file that a word means; None = no catalogue of that name ships."""
+    return shipped_catalogues().get(word) if is_name(word) else folder / word
+
+
+def named(text: str, file: str) -> list[str] | None:
+    """Return the catalogues that the text of a site names; None = it says nothing of them."""
+    root, _ = parse_file(text, file)
+    entry = root.get("actions") if isinstance(root, Mapping_) else None
+    if entry is None or not isinstance(entry.value, Listing):
+        return None
+    return [item.text for item in entry.value.items if isinstance(item, Scalar)]
+
+
+def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Path, ...]:
+    """Return the files of the catalogues that a site uses: `base`, those that it names, those that are added.
+
+    What it names and does not exist is left out; the reader of the site reports it.
+
+    Args:
+        text: of the site file; "" = there is no site.
+        file: its name; where it lies is where files are looked up.
+        more: what is added to it, relative to the present folder.
+    """
+    words = named(text, file) if text else None
+    own = [catalogue_file(word, Path(file).parent) for word in ([] if words == [] else [BASE, *(words or ())])]
+    added = [catalogue_file(str(one), Path()) or one for one in more]
+    found: dict[Path, Path] = {}
+    for path in (*(one for one in own if one is not None and one.is_file()), *added):
+        found.setdefault(path.resolve(), path)
+    return tuple(found.values())
+
+
+def check_named(items: Iterable[Scalar], file: str, problems: Problems) -> None:
+    """Report what a site names under `actions:` and is not there."""
+    known = shipped_catalogues()
+    for at in items:
+        path = catalogue_file(at.text, Path(file).parent)
+        if path is None:
+            what = f"no catalogue '{shorten(at.text)}' ships{did_you_mean(at.text, known)}"
+            help_ = f"{quoted_list(known)}; of your own write the file, such as actions/{shorten(at.text)}.yaml"
+            problems.add("E008", at.mark, what, help_, fix_word(at, surely(at.text, known)))
+        elif not _is_file(path):
+            what = f"there is no catalogue file '{shorten(at.text)}'"
+            problems.add(
+                "E008", at.mark, what, f"a path relative to this file, or one that ships: {quoted_list(known)}"
+            )
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
