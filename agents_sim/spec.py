@@ -156,7 +156,7 @@ def build_card(spec: AgentSpec, body: Body, boot_id: str) -> AgentCard:
         type=spec.type,
         boot_id=boot_id,
         actions=body.actions,
-        human=isinstance(body, Person),
+        mobility="people" if isinstance(body, Person) else "air",
         limits=limits,
         on_link_loss=body.on_link_loss if isinstance(body, Drone) else "hold",
     )

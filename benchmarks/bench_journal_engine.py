@@ -345,7 +345,9 @@ def reaction(way: Durability | None, tasks: int, goals: int, path: Path, gap_s: 
     gc.collect()
     gc.freeze()
     driver.start()
-    wire.tell(msg.AgentSeen(msg.AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)))
+    wire.tell(
+        msg.AgentSeen(msg.AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), mobility="people"))
+    )
     status = msg.AgentStatus(
         id="worker_0", type="worker", boot_id="b", seq=2, stamp=0, position=Position(0.0, 0.0, 0.0)
     )

@@ -28,6 +28,7 @@ import msgspec
 from agents_sim.world import AgentSpec, grid_fleet
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
@@ -55,6 +56,7 @@ class Agent:
         self.wire = wire
         self.id, self.type = spec.id, spec.type
         self.human = spec.type in ("picker", "watcher")
+        self.mobility: Mobility = "people" if self.human else "air"
         self.at = Position(spec.at.east_m, spec.at.north_m, 0.0)
         self.landed: Any = "grounded"
         self.goal = ""
@@ -141,7 +143,7 @@ class Wire:
         self.goals = self.idle = 0
         for agent in self.agents.values():
             card = msg.AgentCard(
-                id=agent.id, type=agent.type, boot_id="b", actions=actions[agent.type], human=agent.human
+                id=agent.id, type=agent.type, boot_id="b", actions=actions[agent.type], mobility=agent.mobility
             )
             self.tell(msg.AgentSeen(card))
             agent.idle()

@@ -81,7 +81,7 @@ class Body:
 before = ping(rounds)
 body = Body()
 link = ZenohAgentLink(site, connect=engine)
-card = AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)
+card = AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), mobility="people")
 side = AgentSide(card, body, link, now=lambda: time.monotonic_ns() // 1000)
 side.set_status(position=Position(0.0, 0.0, 0.0))
 link.serve(side)

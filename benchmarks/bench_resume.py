@@ -65,7 +65,11 @@ def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
             return step
 
         give(inp.Started(1))
-        give(inp.AgentSeenInput(AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)))
+        give(
+            inp.AgentSeenInput(
+                AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), mobility="people")
+            )
+        )
         place = Position(0.0, 0.0, 0.0)
         give(
             inp.AgentStatusInput(AgentStatus(id="worker_0", type="worker", boot_id="b", seq=1, stamp=0, position=place))

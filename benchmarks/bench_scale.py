@@ -127,11 +127,9 @@ class World:
         self.machines = [(s.id, s.at) for s in specs if s.type == "lwd"]
         self.people = [s.id for s in specs if s.type == "picker"]
         for spec in specs:
-            actions = catalogue.types[spec.type].actions
-            human = catalogue.types[spec.type].human
-            self.give(
-                inp.AgentSeenInput(AgentCard(id=spec.id, type=spec.type, boot_id="b", actions=actions, human=human))
-            )
+            kind = catalogue.types[spec.type]
+            card = AgentCard(id=spec.id, type=kind.name, boot_id="b", actions=kind.actions, mobility=kind.mobility)
+            self.give(inp.AgentSeenInput(card))
         for machine in range(machines):
             self.first_report(machine, 90.0)
         for number, person in enumerate(self.people):

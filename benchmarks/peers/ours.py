@@ -19,7 +19,7 @@ from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent, Goa
 CATALOGUE = """\
 types:
   worker: {label: worker, human: true, shared: true, actions: [Work], suspect_after: 1 h, lost_after: 2 h}
-  cart: {label: cart, actions: [Roll], recover: back.yaml#Back, suspect_after: 1 h, lost_after: 2 h}
+  cart: {label: cart, mobility: air, actions: [Roll], recover: back.yaml#Back, suspect_after: 1 h, lost_after: 2 h}
 actions:
   Roll: {repeatable: true}
   Work: {fields: {leaf: {type: text}}, repeatable: true, concurrency: 1000000}
@@ -80,7 +80,7 @@ class OurFleet:
         """Task -> action -> its goal."""
         self.n = 0
         self.give(inp.Started(1))
-        card = AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)
+        card = AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), mobility="people")
         self.give(inp.AgentSeenInput(card))
         status = AgentStatus(
             id="worker_0", type="worker", boot_id="b", seq=1, stamp=0, position=Position(0.0, 0.0, 0.0)

@@ -47,9 +47,9 @@ BRANCHES: Final = ("/fleet/", "/orders/", "/allocation/requests/", "/tasks/", "/
 """Where the blackboard tells of what may change a decision."""
 
 _read = attrgetter(
-    "type", "order", "human", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task", "goal",
-    "word", "landed", "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind", "payload_kg",
-    "limits",
+    "type", "order", "shared", "mobility", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task",
+    "goal", "word", "landed", "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind",
+    "payload_kg", "limits",
 )  # fmt: skip
 """What a candidate is made from."""
 
@@ -185,7 +185,7 @@ class Allocation:
         """
         waited = self._core.now - request.at
         priority = "medium" if request.priority == "low" and waited >= LOW_AGES_US else request.priority
-        machines = sum(role.count for role in request.roles if not role.human)
+        machines = sum(role.count for role in request.roles if not role.shared)
         reserves = bool(request.preempting) or (machines > 1 and waited >= RESERVE_AFTER_US)
         return replace(request, priority=priority, reserves=reserves)
 
@@ -235,7 +235,8 @@ class Allocation:
             id=a.id,
             type=a.type,
             order=a.order,
-            human=a.human,
+            shared=a.shared,
+            mobility=a.mobility,
             actions=a.actions,
             refused=a.refused or a.refused_at_rest,
             pool=a.pool,
@@ -251,7 +252,7 @@ class Allocation:
             detail=a.quarantine,
             taken=a.taken,
             ordered=orders[a.id].stop if a.id in orders else "",
-            preflight=preflight,
+            preflight=preflight and a.flies,
             checks=a.checks,
             charge=self._charge(a),
         )
@@ -260,7 +261,7 @@ class Allocation:
         """Return what is known of a machine's charge, if its type tells what it drains."""
         core = self._core
         kind = core.catalogue.types.get(agent.type)
-        if kind is None or agent.human or agent.position is None or agent.battery is None:
+        if kind is None or not agent.flies or agent.position is None or agent.battery is None:
             return None
         power, reserve = core.power(agent), core.rules(agent, "").reserve_pct
         port = core.site.ports.get(agent.home)

@@ -13,12 +13,14 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import micros
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.base.machines import MACHINES
 from formiga_bt.base.packaged import folder
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.actions import read_action, read_optional_mapping, read_results
 from formiga_bt.lang.files import Shelf, read_file
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
+from formiga_bt.lang.mobility import EVERY_REST, check_mobility
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.site.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.subtrees import Subtrees
@@ -51,7 +53,8 @@ TYPE: Final = (
     Option("extends", "name", "The type whose keys it takes over."),
     Option("label", "text", "What people call it."),
     Option("actions", "words", "What it can do, besides what it takes over."),
-    Option("rest", "word", "Where it belongs when idle.", values=("grounded_at_port",)),
+    Option("mobility", "word", "How it moves; needed of what is no person.", values=MACHINES),
+    Option("rest", "word", "Where it belongs when idle.", values=EVERY_REST),
     Option("recover", "name", "FILE#Subtree that brings it home; one param, an agent."),
     Option("fetch", "name", "FILE#Subtree that brings it home from the ground elsewhere; one param, an agent."),
     Option("land", "name", "FILE#Subtree that lands it at a place; two params, an agent and a place."),
@@ -119,7 +122,7 @@ class _CatalogueReader:
         self._texts: list[str] = []
         self._types: dict[str, Entry] = {}
         self._actions: dict[str, Entry] = {}
-        self._given: dict[str, dict[str, Entry]] = {}
+        self._given: dict[str, Keys] = {}
 
     def read_file(self, path: Path) -> None:
         """Parse one file and note its entries."""
@@ -214,13 +217,14 @@ class _CatalogueReader:
         merged = AgentType(name, self._types[name].key.mark)
         for one in reversed(ancestors):
             merged = self._with_keys(merged, self._given[one], actions, report=False)
+        said = merged.mobility if any({"mobility", "human"} & set(self._given[one]) for one in ancestors) else ""
         merged = replace(merged, label="")
-        merged = self._with_keys(merged, self._given[name], actions, report=True)
+        own = self._given[name]
+        merged = self._with_keys(merged, own, actions, report=True)
+        check_mobility(merged, own, said, actions, self._types[name], self.problems)
         return replace(merged, extends=tuple(ancestors), label=merged.label or name)
 
-    def _with_keys(
-        self, base: AgentType, keys: dict[str, Entry], actions: Mapping[str, ActionSpec], *, report: bool
-    ) -> AgentType:
+    def _with_keys(self, base: AgentType, keys: Keys, actions: Mapping[str, ActionSpec], *, report: bool) -> AgentType:
         """Return `base` with the keys of one mapping laid over it; an ancestor's problems are its own."""
         problems = self.problems if report else Problems()
         new: dict[str, Any] = {}
@@ -233,13 +237,16 @@ class _CatalogueReader:
         if "events" in keys:
             new["events"] = {**base.events, **_events(keys["events"].value, problems)}
         if "rest" in keys:
-            new["rest"] = read_word(keys["rest"].value, problems, "rest", ("grounded_at_port",))
+            new["rest"] = read_word(keys["rest"].value, problems, "rest", EVERY_REST)
+        if "mobility" in keys:
+            word = read_word(keys["mobility"].value, problems, "mobility", MACHINES)
+            new["mobility"] = next((one for one in MACHINES if one == word), base.mobility)
         for key in _WAYS:
             at = read_text(keys[key].value, problems, key) if key in keys else None
             if key in keys:
                 new[f"{key}_ref"] = at.text if at is not None else ""
-        if "human" in keys:
-            new["human"] = new["shared"] = read_flag(keys["human"].value, problems, "human")
+        if "human" in keys and read_flag(keys["human"].value, problems, "human"):
+            new["mobility"], new["shared"] = "people", True
         if "shared" in keys:
             new["shared"] = read_flag(keys["shared"].value, problems, "shared")
         for key in ("suspect_after", "lost_after"):

@@ -266,14 +266,15 @@ ENVELOPE: Final[tuple[Option, ...]] = (
     Option("reserve", "value", "Charge that is kept for the way home.", type="percent"),
     Option("max_height", "value", "Over the ground.", type="distance"),
     Option("terrain_clearance", "value", "Least distance from the ground.", type="distance"),
-    Option("keep_in", "word", "The region that no flight leaves.", values=("fence",)),
-    Option("keep_out", "word", "The regions that no flight enters.", values=("no_fly",)),
+    Option("keep_in", "word", "The region that no machine leaves.", values=("fence",)),
+    Option("keep_out", "word", "The regions that no machine enters.", values=("no_fly", "no_go")),
+    Option("max_speed", "value", "The greatest speed of who drives.", type="speed"),
     Option("people_clearance", "value", "Least distance from people at take-off and landing.", type="distance"),
     Option("link_silence", "value", "Silence after which the agent acts by itself.", type="duration"),
     Option("wind_max", "value", "The strongest wind.", type="speed"),
     Option("daylight_only", "flag", "No flight between sunset and sunrise."),
 )
-"""Limits of flight, of a type, a site or a task."""
+"""Limits of machines, of a type, a site or a task."""
 
 TASK: Final[tuple[Option, ...]] = (
     Option("formiga", "value", "The language version.", type="int", required=True),
@@ -290,7 +291,7 @@ TASK: Final[tuple[Option, ...]] = (
     Option("expires", "value", "The longest time PENDING.", type="duration"),
     Option("if_preempted", "word", "What follows a preemption (restart).", values=("restart", "fail")),
     Option("preemptible", "flag", "Whether it may be preempted (true for low and medium)."),
-    Option("envelope", "options", "Limits of flight that are stricter for this task.", keys=ENVELOPE),
+    Option("envelope", "options", "Limits of machines that are stricter for this task.", keys=ENVELOPE),
     Option("steps", "steps", "What is done.", required=True),
     Option("on_failure", "steps", "After a failed step or the task's timeout."),
     Option("on_abort", "steps", "After an operator's abort or a preemption."),

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.inputs import Alarm, Effect, EngineStep
 from formiga_bt.engine.kernel.records import AgentRecord
@@ -76,12 +77,12 @@ class ScriptedAgent:
         *,
         at: Place | Position = BASE,
         actions: Sequence[str] = (),
-        human: bool = False,
+        mobility: Mobility = "air",
         auto: Mapping[str, float] | None = None,
         landed: Landed = "grounded",
         effects: Mapping[str, str] | None = None,
     ) -> None:
-        self.id, self.kind, self.human, self.actions = agent, kind, human, tuple(actions)
+        self.id, self.kind, self.mobility, self.actions = agent, kind, mobility, tuple(actions)
         self.auto = dict(auto or {})
         self.effects = dict(effects or {})
         """What `landed` is after an action that succeeded."""
@@ -109,7 +110,11 @@ class ScriptedAgent:
         """Start (again): a new process that remembers no goal."""
         self._boots += 1
         card = AgentCard(
-            id=self.id, type=self.kind, boot_id=f"{self.id}-{self._boots}", actions=self.actions, human=self.human
+            id=self.id,
+            type=self.kind,
+            boot_id=f"{self.id}-{self._boots}",
+            actions=self.actions,
+            mobility=self.mobility,
         )
         self.link: MemoryLink = self._hub.link(self.id)
         self.side = AgentSide(card, self, self.link, now=self._hub.scheduler.now)
@@ -155,7 +160,7 @@ class ScriptedAgent:
         self.succeed({"answer": word, "by": self.id, "at": self._hub.scheduler.now()})
 
     def _finish(self, goal: GoalRequest, state: Any, code: str, result: dict[str, Any], fields: dict[str, Any]) -> None:
-        if state == "succeeded" and not self.human:
+        if state == "succeeded" and self.mobility == "air":
             fields = {**_moved(goal, self._fields["position"]), **fields}
             if self.effects.get(goal.action):
                 fields = {"landed": self.effects[goal.action], **fields}
@@ -225,7 +230,7 @@ class Bench(Rehearsal):
         port = self.site.ports.get(listed.home) if listed else None
         where = at or (port.at if port else Place(0.0, 0.0))
         lands = {name: action.effect for name, action in self.catalogue.actions.items()}
-        options = {"actions": spec.actions, "human": spec.human, "effects": lands, **options}
+        options = {"actions": spec.actions, "mobility": spec.mobility, "effects": lands, **options}
         made = ScriptedAgent(self.hub, agent, kind, at=where, **options)
         self.run_for(0.5)
         return made

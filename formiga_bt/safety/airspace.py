@@ -23,10 +23,18 @@ class Airspace:
         self.site = site
         self.fence = Zone("fence", site.fence, keep_in=True) if site.fence is not None else None
         self.no_fly = tuple(
-            Zone(_name_of(region, index, site), region, keep_in=False) for index, region in enumerate(site.no_fly)
+            Zone(_name_of(region, index, site, "no-fly"), region, keep_in=False)
+            for index, region in enumerate(site.no_fly)
         )
         self.zones: tuple[Zone, ...] = (*self.no_fly, *((self.fence,) if self.fence is not None else ()))
         """No-fly regions first: they are the graver ones."""
+        no_go = [
+            Zone(_name_of(region, index, site, "no-go"), region, keep_in=False)
+            for index, region in enumerate(site.no_go)
+        ]
+        self.ground_zones: tuple[Zone, ...] = (*no_go, *((self.fence,) if self.fence is not None else ()))
+        """What binds who drives."""
+        self.chargers = tuple(one.at for one in site.stations.values() if one.charges)
         self.terrain: Terrain = terrain_of(site)
         self.highest_layer_m = max(site.layers_m, default=HIGHEST_LAYER_M)
         self._sun: tuple[Micros, bool] | None = None
@@ -47,6 +55,6 @@ class Airspace:
         return self._sun[1]
 
 
-def _name_of(region: Region, index: int, site: Site) -> str:
+def _name_of(region: Region, index: int, site: Site, what: str) -> str:
     named = (name for name, known in site.regions.items() if known == region)
-    return next(named, f"no-fly region {index + 1}")
+    return next(named, f"{what} region {index + 1}")

@@ -9,11 +9,14 @@ listed in docs/reasons.md.
 """
 
 from collections.abc import Callable, Sequence
+from typing import assert_never
 
 from msgspec import Struct
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.machines import Mobility
+from formiga_bt.safety import driving
 from formiga_bt.safety.envelope import Breach
 from formiga_bt.safety.traffic import VERTICAL_M, TakenArea, Traffic, Way, area_of, first_in_the_way, path, ways_into
 from formiga_bt.transport.messages import Clearance, Control, Landed
@@ -33,7 +36,7 @@ class GateInput(Struct, frozen=True, kw_only=True, gc=False):
 
     agent: str
     task: str
-    human: bool
+    mobility: Mobility
     reachable: bool
     control: Control
     safety: bool = False
@@ -131,11 +134,45 @@ def judge(
     """
     if ask.deposed:
         return Hold("epoch", "a newer engine")
-    if ask.human:
+    if ask.mobility == "people":
         return _person(ask)
     verdict = _command(ask)
     if verdict is not None:
         return verdict
+    match ask.mobility:
+        case "air":
+            return _fly(ask, traffic, now, separation_m, min_spacing_m, limits)
+        case "ground":
+            return _drive(ask, traffic, min_spacing_m, limits)
+        case "fixed" | "none":
+            return Go()
+        case never:
+            assert_never(never)
+
+
+def _drive(
+    ask: GateInput, traffic: Sequence[Traffic], min_spacing_m: float, limits: Callable[[], Breach | None]
+) -> Verdict:
+    breach = limits()
+    if breach is not None:
+        return Refuse(breach.code, breach.text, breach.value)
+    here, target = ask.position, ask.target
+    if here is None or target is None:
+        return Go()
+    start = Position(here.east_m, here.north_m, 0.0)
+    leg = start, Position(target.east_m, target.north_m, 0.0)
+    blocker = driving.corridor(ask.agent, ask.task, leg, traffic, min_spacing_m)
+    return Hold("leg_busy", blocker) if blocker else Go(leg)
+
+
+def _fly(
+    ask: GateInput,
+    traffic: Sequence[Traffic],
+    now: Micros,
+    separation_m: float,
+    min_spacing_m: float,
+    limits: Callable[[], Breach | None],
+) -> Verdict:
     if {ask.requires, ask.landed} == {"airborne", "grounded"}:
         return Refuse("requires", f"{ask.agent} must be {ask.requires}, it is {ask.landed}")
     breach = limits()
@@ -195,9 +232,9 @@ def _is_home(ask: GateInput) -> bool:
 
 def may_go_again(ask: GateInput, word: Clearance | None, given_for: Place | None, now: Micros) -> bool:
     """Return whether a goal that was sent and never arrived may be sent again as it is, with the word it carries."""
-    if ask.deposed or (not ask.human and _command(ask) is not None):
+    if ask.deposed or (ask.mobility != "people" and _command(ask) is not None):
         return False
-    return ask.human or not needs_clearance(ask) or is_cleared(word, given_for, spot_of(ask), now)
+    return ask.mobility != "air" or not needs_clearance(ask) or is_cleared(word, given_for, spot_of(ask), now)
 
 
 def _spot(ask: GateInput, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:

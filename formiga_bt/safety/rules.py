@@ -4,6 +4,7 @@ Nobody can loosen: each source only tightens. `keep_in` and `keep_out` hold wher
 Asked by the gate and the fleet, for each goal and status; a `RuleBook` keeps the answers.
 """
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Literal
@@ -23,6 +24,7 @@ DEFAULTS: Final[Mapping[str, float]] = MappingProxyType(
         "link_silence_s": 10.0,
         "wind_max_m_s": 10.0,
         "daylight_only": 0.0,
+        "max_speed_m_s": math.inf,
     }
 )
 """What holds when neither type, nor site, nor task says anything."""
@@ -56,6 +58,7 @@ class Rules(Struct, frozen=True, kw_only=True):
     link_silence_s: float = DEFAULTS["link_silence_s"]
     wind_max_m_s: float = DEFAULTS["wind_max_m_s"]
     daylight_only: bool = False
+    max_speed_m_s: float = math.inf
     keep_in: bool = False
     """The site has a fence."""
     keep_out: bool = False
@@ -94,6 +97,7 @@ def rules_of(agent_type: AgentType, site: Site, task_envelope: Mapping[str, floa
         link_silence_s=found["link_silence_s"],
         wind_max_m_s=found["wind_max_m_s"],
         daylight_only=found["daylight_only"] > 0.0,
+        max_speed_m_s=found["max_speed_m_s"],
         keep_in=site.fence is not None,
         keep_out=bool(site.no_fly),
         on_breach=MappingProxyType(reactions),

@@ -397,7 +397,7 @@ class AgentSide:
 
     def _rivals(self, request: GoalRequest) -> tuple[str, ...]:
         """Return the running goals beside which this one cannot run."""
-        if not self.card.human:
+        if self.card.mobility != "people":
             return tuple(self._running)
         if request.action == CONFIRM:
             return ()

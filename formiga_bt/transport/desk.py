@@ -129,7 +129,7 @@ class DeskTransport:
         with self._lock:
             if person in self._people:
                 raise TransportError(f"{person!r} is at the desk already")
-            card = AgentCard(id=person, type=agent_type, boot_id=self._boot_id, actions=(CONFIRM,), human=True)
+            card = AgentCard(id=person, type=agent_type, boot_id=self._boot_id, actions=(CONFIRM,), mobility="people")
             one = self._people[person] = _Person(self, card, name or person, self._now)
             one.side.announce()
         self._wake()

@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.base.machines import Mobility
 
 Control = Literal["engine", "pilot", "failsafe", "unknown"]
 """Who is in command of an agent. Unless "engine", the engine sends that agent nothing but queries."""
@@ -43,7 +44,8 @@ class AgentCard(Struct, frozen=True, kw_only=True):
     boot_id: str
     """Changes with every start of the agent's process: a changed one means earlier goals ended unknown."""
     actions: tuple[str, ...]
-    human: bool = False
+    mobility: Mobility = "air"
+    """How it moves; the catalogue's word counts where it knows the type."""
     datum: Literal["local", "ellipsoid", "msl"] = "local"
     limits: dict[str, float] = {}
     """SI numbers by name, for example `speed_m_s`, `climb_m_s`."""

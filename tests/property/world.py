@@ -35,6 +35,7 @@ CATALOGUE = """\
 types:
   cart:
     label: cart
+    mobility: air
     actions: [Move, Haul, Home]
     events:
       ping: {n: int}
@@ -156,7 +157,7 @@ class Scripted:
             type="person" if self.human else "cart",
             boot_id=f"{self.agent}-{boot}",
             actions=("Confirm",) if self.human else CART_ACTIONS,
-            human=self.human,
+            mobility="people" if self.human else "air",
         )
         self.running.clear()
         self.side = AgentSide(card, self, link, now=world.scheduler.now)

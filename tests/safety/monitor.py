@@ -225,7 +225,7 @@ class Monitor:
                 told = self._told.setdefault(card.id, _Told())
                 if told.boot and told.boot != card.boot_id:
                     told.boot, told.seq, told.anew = card.boot_id, -1, True
-                if card.human:  # an app that starts anew has forgotten what it showed
+                if card.mobility == "people":  # an app that starts anew has forgotten what it showed
                     forgotten = [goal for goal in self._sent if goal.partition("#")[0].endswith(f"~{card.id}")]
                     self._sent.update(dict.fromkeys(forgotten, "again"))
             case inp.AgentStatusInput(status):

@@ -44,7 +44,7 @@ def _ask_with(patch: Patch, **fields: Any) -> None:
 
 
 def _unless_human(ask: gate.GateInput, fields: dict[str, Any]) -> gate.GateInput:
-    return ask if ask.human else replace(ask, **fields)
+    return ask if ask.mobility == "people" else replace(ask, **fields)
 
 
 def gate_ignores_control(patch: Patch) -> None:

@@ -14,6 +14,7 @@ the site file no longer lists stays under our control in the air (`AgentRecord.r
 
 from typing import Final
 
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
@@ -46,10 +47,10 @@ class Admission:
         agent = AgentRecord(
             id=card.id,
             type=card.type,
-            human=kind.human if kind else card.human,
+            mobility=kind.mobility if kind else card.mobility,
             shared=kind.shared if kind else False,
             actions=self.known(card),
-            on_link_loss="" if card.human else card.on_link_loss,
+            on_link_loss="" if card.mobility not in MOVING else card.on_link_loss,
             limits=dict(card.limits),
             present=True,
             liveness="ALIVE",
@@ -85,11 +86,11 @@ class Admission:
         """Let an agent be of another type than before; return False if it is ours as it was, and in use."""
         core, kind = self._core, self._core.catalogue.types.get(card.type)
         ours = not agent.refused or agent.pool == "QUARANTINED"
-        human = kind.human if kind is not None else card.human
-        if ours and (human != agent.human or self.is_in_use(agent)):
+        mobility = kind.mobility if kind is not None else card.mobility
+        if ours and (mobility != agent.mobility or self.is_in_use(agent)):
             return False
         core.put_agent(agent.id, refused="other_type")  # one less of its former type
-        core.put_agent(agent.id, type=card.type, human=human, shared=kind is not None and kind.shared)
+        core.put_agent(agent.id, type=card.type, mobility=mobility, shared=kind is not None and kind.shared)
         return True
 
     def _turn_away(self, agent: AgentRecord, why: str) -> None:
@@ -154,8 +155,8 @@ class Admission:
         kind, listed = core.catalogue.types.get(type_name), core.site.agents.get(agent_id)
         if kind is None:
             return "unknown_type", ""
-        if kind.human:
-            home = ""
+        if not kind.flies:
+            home = listed.home if listed is not None else ""
         elif listed is not None:
             home = listed.home
         elif home not in core.site.ports or home in [one.home for one in core.site.agents.values()]:
@@ -164,7 +165,7 @@ class Admission:
             return "datum", home
         if listed is None and core.site.mode == "real":
             return "unlisted", home
-        return "" if home or kind.human else "no_port", home
+        return "" if home or not kind.flies else "no_port", home
 
     def _free_port(self, agent_id: str) -> str:
         agents, listed = self._core.state.agents.values(), self._core.site.agents.values()
@@ -180,4 +181,4 @@ class Admission:
         """Return whether a machine does something for us, or may be in the air: it is not let go of then."""
         goals = any(not goal.ended for goal in self._core.index.goals_of(agent.id))
         ordered = agent.id in self._core.state.orders
-        return bool(agent.task) or goals or ordered or (agent.may_be_airborne and not agent.human)
+        return bool(agent.task) or goals or ordered or agent.may_be_airborne

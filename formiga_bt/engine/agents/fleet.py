@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m, horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
 from formiga_bt.engine.agents.repeats import Repeats
@@ -106,6 +107,8 @@ class Fleet:
         if agent is None or agent.refused in ("unknown_type", "other_type", "unlisted"):
             return
         before = agent
+        if not agent.flies and status.landed != "grounded":  # it knows nothing of flight
+            status = replace(status, landed="grounded")
         if self._repeats.take(agent, status, wall):
             self._heard_again(agent, status, wall, told_of)
             return
@@ -222,7 +225,7 @@ class Fleet:
             self._core.report(Idle(agent_id))
 
     def _is_stray(self, agent: AgentRecord) -> bool:
-        free = not (agent.human or agent.task or agent.goal or agent.taken or agent.refused)
+        free = agent.flies and not (agent.task or agent.goal or agent.taken or agent.refused)
         ours = free and agent.control == "engine" and agent.pool != "QUARANTINED" and agent.liveness != "LOST"
         may_fly = agent.landed == "airborne" or (
             agent.landed == "unknown" and self._core.agent_type(agent).recover is not None
@@ -273,13 +276,15 @@ class Fleet:
 
     def _rest(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
-        away = agent.landed == "grounded" and not agent.human and not self.at_port(agent)
+        away = agent.flies and agent.landed == "grounded" and not self.at_port(agent)
         pool = "PARKED_AWAY" if away else "STANDBY"
         if pool != agent.pool:
             self._core.put_agent(agent_id, pool=pool)
 
     def at_port(self, agent: AgentRecord) -> bool:
-        """Return whether a machine is at its own port (horizontally)."""
+        """Return whether a machine is at its own port (horizontally); what does not fly has none to be at."""
+        if not agent.flies:
+            return True
         port = self._core.site.ports.get(agent.home)
         return port is not None and agent.position is not None and horizontal_m(port.at, agent.position) <= AT_PORT_M
 
@@ -381,7 +386,7 @@ class Fleet:
         """Its process is another one: what it did before ended unknown."""
         self._process_identity.begin(agent, boot_id, wall)
         self._goals.lose(agent.id, "in_doubt", "in_doubt")
-        if agent.human:
+        if agent.mobility not in MOVING:
             return
         # A machine whose process starts anew hovers where it says, or stands: it has yet to tell.
         self._core.put_agent(agent.id, lost_leg=None, lost_area=None, rebooted=True)
@@ -513,7 +518,7 @@ class Fleet:
         """Give a machine back to the pool."""
         core = self._core
         agent = core.state.agents[agent_id]
-        if agent.human or agent.pool == "QUARANTINED":
+        if agent.shared or agent.pool == "QUARANTINED":
             return
         task_id = agent.task
         agent = core.put_agent(agent_id, task="", role="", pool="STANDBY")

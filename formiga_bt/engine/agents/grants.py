@@ -12,7 +12,10 @@ def assign(core: Core, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> No
     for role, agents in roles.items():
         for agent_id in agents:
             agent = core.state.agents[agent_id]
-            if agent.human:
+            if agent.shared:
+                continue
+            if not agent.flies:
+                core.put_agent(agent_id, task=task_id, role=role, pool="ASSIGNED")
                 continue
             kept = agent.layer_m
             if kept is None or kept > core.rules(agent, task_id).max_height_m:

@@ -3,6 +3,7 @@
 from msgspec import Struct
 
 from formiga_bt.base.geo import Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.transport.messages import PreflightCheck
 
@@ -13,7 +14,8 @@ class Candidate(Struct, frozen=True, kw_only=True):
     id: str
     type: str
     order: int
-    human: bool
+    shared: bool
+    mobility: Mobility
     actions: tuple[str, ...]
     refused: str
     pool: str

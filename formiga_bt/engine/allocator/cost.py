@@ -59,7 +59,7 @@ def far(agent: Candidate, role: RoleRequest, index: int) -> Cost:
         metres = mm(horizontal_m(agent.position, _place(role, index)))
     if role.prefer and agent.id == role.prefer:
         metres += PREFERRED
-    if agent.human and agent.liveness != "ALIVE":
+    if agent.shared and agent.liveness != "ALIVE":
         metres += UNREACHABLE
     return Cost(metres)
 
@@ -67,7 +67,7 @@ def far(agent: Candidate, role: RoleRequest, index: int) -> Cost:
 def far_and_low(agent: Candidate, role: RoleRequest, index: int) -> Cost:
     """Return what the way and the charge cost; people have none."""
     way = far(agent, role, index).metres
-    if agent.human or role.id:
+    if agent.shared or role.id:
         return Cost(way)
     short = round(min(max(0.0, COMFORT_PCT - left_pct(agent, role, index)), MOST_SHORT_PCT))
     return Cost(way + M_PER_POINT * short, short)

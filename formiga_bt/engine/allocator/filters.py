@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import never_enough, short_of
 from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, Verdict
@@ -45,7 +46,7 @@ def _never(role: RoleRequest, verdict: Verdict, find: Callable[[str], Candidate 
     """Return why an agent could never take a role, "" if that is not worth a word; None: it may, one day."""
     if verdict.code in FOR_EVER:
         return "" if verdict.code == "wrong_type" else f"{verdict.code} {verdict.detail}".rstrip()
-    if role.human or role.away or not role.near:
+    if role.shared or role.away or not role.near:
         return None  # one that may begin away from its port may be brought nearer
     agent = find(verdict.agent)
     lacks = never_enough(agent.charge, role.near) if agent is not None and agent.charge is not None else ""
@@ -70,7 +71,7 @@ def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | N
         return "no_action", missing[0]
     if agent.refused:
         return "not_admitted", agent.refused
-    if role.human:
+    if role.shared:
         return None  # people are shared and wait for nobody: an unreachable one still holds no task up
     if agent.pool == "QUARANTINED":
         return "quarantined", agent.detail
@@ -88,7 +89,7 @@ def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | N
         return "busy", agent.goal
     if agent.word != "STANDBY":
         return "not_idle", agent.word
-    if agent.position is None:
+    if agent.position is None and agent.mobility in MOVING:
         return "no_position", ""
     if not role.away and agent.landed != "grounded":
         return "airborne", agent.landed
@@ -101,7 +102,7 @@ def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | N
 
 def refused_there(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
     """Return (code, detail) of the filters that come last, of an agent that fits but for those: energy, readiness."""
-    if role.human:
+    if role.shared:
         return None
     lacks = short_of(agent.charge, role.near) if agent.charge is not None else ""
     if lacks:

@@ -60,7 +60,7 @@ def _decide(requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_
     taken: dict[str, str] = {}
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
-    machines = {agent.id: place for place, agent in enumerate(roster) if not agent.human}
+    machines = {agent.id: place for place, agent in enumerate(roster) if not agent.shared}
     for request in requests:
         roles, seen = _serve(request, roster, taken, machines, cost_of)
         verdicts[request.task] = roster.shared(request.roles, seen)
@@ -76,7 +76,7 @@ def _reserved(request: AgentRequest, verdicts: Sequence[Verdict]) -> dict[str, s
     """Return the agents that an incomplete team keeps for itself: for each role the nearest that fit."""
     kept: dict[str, str] = {}
     for role in request.roles:
-        if role.human:
+        if role.shared:
             continue
         fits = sorted((v.cost or 0.0, v.agent) for v in verdicts if v.role == role.role and v.code == "fits")
         kept.update({agent: request.task for _, agent in [f for f in fits if f[1] not in kept][: role.count]})
@@ -172,10 +172,10 @@ def _assign(
         role = slots[0][0]
         fits = [(*cost, agent) for (name, agent), cost in costs.items() if name == role.role]
         return [min(fits)[2]] if fits else None
-    machines = [slot for slot in slots if not slot[0].human]
+    machines = [slot for slot in slots if not slot[0].shared]
     picked: dict[tuple[str, int], str] = {}
     for role, index in slots:
-        if role.human:  # people are shared: each role of people is served by itself
+        if role.shared:  # people are shared: each role of people is served by itself
             fits = sorted((*cost, agent) for (name, agent), cost in costs.items() if name == role.role)
             if index >= len(fits):
                 return None

@@ -85,7 +85,7 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
     if any(not isinstance(cause, ClearanceHold) for cause in others):
         return "held"
     agents = [core.state.agents[agent_id] for agent_id in task.agents.granted]
-    mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]
+    mine = [a for a in agents if not a.shared and (a.task == task.id or a.id == lost)]
     if any(a.id in core.state.orders for a in mine if a.id != lost):
         return "ordered"
     if task.restart.spent or any(core.state.tasks[child].restart.spent for child in task.family.children):
@@ -118,7 +118,7 @@ class Preemption:
         """A plan for each of them that could be served if others step aside, in order of service."""
         if not self._waiting:
             return
-        machines = [a for a in agents if not a.human and a.task in core.state.tasks]
+        machines = [a for a in agents if not a.shared and a.task in core.state.tasks]
         tasks = {a.task: core.state.tasks[a.task] for a in machines}
         ending = {t.id for t in tasks.values() if t.restart.why or _steps_aside(t) or t.section == "recover"}
         self._why_not = {
@@ -157,9 +157,9 @@ class Preemption:
     def _plan(self, request: AgentRequest, verdicts: Sequence[Verdict], claimed: set[str]) -> PreemptionPlan | None:
         """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
         fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
-        slots = [role for role in request.roles if not role.human for _ in range(role.count)]
+        slots = [role for role in request.roles if not role.shared for _ in range(role.count)]
         for role in request.roles:
-            if role.human and sum(name == role.role for name, _ in fits) < role.count:
+            if role.shared and sum(name == role.role for name, _ in fits) < role.count:
                 return None
         free = [v.agent for v in verdicts if (v.role, v.agent) in fits and v.agent not in claimed]
         ready = [*dict.fromkeys(free), *(a for a in self._coming if a not in claimed)]

@@ -118,4 +118,4 @@ class Roster(list[Candidate]):
 
 def asked_by(role: RoleRequest) -> Asked:
     """Return what a role asks for, without its places and its count."""
-    return role.role, role.types, role.human, role.id, role.battery_min, role.away, role.actions, role.but_not
+    return role.role, role.types, role.shared, role.id, role.battery_min, role.away, role.actions, role.but_not

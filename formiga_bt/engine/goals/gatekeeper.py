@@ -7,6 +7,7 @@ that wait for each other is `engine.goals.air_holding`.
 
 from collections.abc import Sequence
 
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
@@ -36,7 +37,7 @@ class Gatekeeper:
         """Return what the gate says of a goal now."""
         core = self._core
         ask = self.view.ask(goal)
-        if ask.human:
+        if ask.mobility == "people":
             return judge(ask, (), core.now, 0.0)
         if goal.code in BUSY:  # while the machine that held it up still does, the others need not be looked at
             former = self.view.traffic_of(goal.text)
@@ -134,7 +135,7 @@ class Gatekeeper:
             TTL_BEATS,
             goal.safety,
             goal.clearance,
-            link_silence_s=None if agent.human else self._core.rules(agent, goal.task).link_silence_s,
+            link_silence_s=None if agent.mobility not in MOVING else self._core.rules(agent, goal.task).link_silence_s,
             task=goal.task,
         )
 

@@ -11,10 +11,13 @@ from typing import Any, Final
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.energy import Power
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.kernel.causes import ClearanceHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
+from formiga_bt.safety.driving import Drive
+from formiga_bt.safety.driving import at_gate as at_gate_driving
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, GateInput
 from formiga_bt.safety.grid import Box, Grid, grown
@@ -96,8 +99,8 @@ class GateView:
         task = core.state.tasks.get(goal.task)
         if agent.human:
             return GateInput(
-                agent=agent.id, task=goal.task, human=True, reachable=agent.is_reachable, control="engine", deposed=deposed,
-                unsettled=self._is_unsettled(agent.id),
+                agent=agent.id, task=goal.task, mobility=agent.mobility, reachable=agent.is_reachable, control="engine",
+                deposed=deposed, unsettled=self._is_unsettled(agent.id),
                 locked=self._locked(goal, task), held=bool(task and _holds(task, agent, goal.section)),
             )  # fmt: skip
         spec = core.action(goal.action)
@@ -114,7 +117,7 @@ class GateView:
         return GateInput(
             agent=agent.id,
             task=goal.task,
-            human=False,
+            mobility=agent.mobility,
             reachable=agent.is_reachable and (agent.pool != "QUARANTINED" or goal.safety),
             control=agent.control,
             safety=goal.safety,
@@ -194,6 +197,8 @@ class GateView:
         self, goal: GoalRecord, ask: GateInput, agent: AgentRecord, rules: Rules, *, rescue: bool
     ) -> Breach | None:
         core = self._core
+        if not agent.flies:
+            return at_gate_driving(self._drive(goal, ask, agent, rescue=rescue), core.airspace, rules)
         spec = core.action(goal.action)
         moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
         speed = goal.fields.get("speed")
@@ -218,6 +223,22 @@ class GateView:
             rescue=rescue,
         )
         return at_gate(flight, core.airspace, rules)
+
+    def _drive(self, goal: GoalRecord, ask: GateInput, agent: AgentRecord, *, rescue: bool) -> Drive:
+        kind, speed = self._core.agent_type(agent), goal.fields.get("speed")
+        own = {**kind.limits, **agent.limits}
+        target = ask.target
+        return Drive(
+            agent=agent.id,
+            here=agent.position,
+            to=target.ground if isinstance(target, Position) else target,
+            speed_m_s=float(speed) if isinstance(speed, int | float) else None,
+            own_speed_m_s=own.get("speed_m_s", 0.0),
+            battery=agent.battery,
+            drain_pct_s=own.get("drive_drain_pct_s", 0.0),
+            chargers=self._core.airspace.chargers,
+            rescue=rescue,
+        )
 
     def may_land(self, agent: AgentRecord, spot: Place) -> bool:
         """Return whether a machine may fly straight to a spot and land there: fence, no-fly regions, ground."""
@@ -282,7 +303,7 @@ class GateView:
 
     def _look_at(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
-        if not agent.human:
+        if agent.mobility in MOVING:
             traffic = self._seen(agent)
             self._skies.put(agent_id, traffic.reach, traffic)
 

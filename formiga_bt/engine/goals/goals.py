@@ -56,10 +56,10 @@ class Goals:
         section = order.goal_id.split("/", 3)[2]
         held = any(order.agent in agents for agents in task.agents.roles.values())
         agent = core.state.agents[order.agent]
-        if not held and not agent.human:
+        if not held and not agent.shared:
             code = "agent_lost" if agent.pool == "QUARANTINED" else "released"
             return Failure(code, "the task no longer holds this agent", order.owner, agent.id, retryable=False)
-        if not agent.human and self._mine_in_flight(task_id, order.agent):
+        if not agent.shared and self._mine_in_flight(task_id, order.agent):
             return Failure("agent_busy", "another step of this task commands it", order.owner, agent.id)
         goal = GoalRecord(
             id=order.goal_id,
@@ -240,7 +240,7 @@ class Goals:
         result: dict[str, Any] = {}
         if event.state == "succeeded":
             agent = core.state.agents[goal.agent]
-            if spec.effect and not agent.human and not _is_past(event):
+            if spec.effect and agent.flies and not _is_past(event):
                 if _contradicts(agent, event, spec.effect):
                     text = (
                         f"{agent.id} says that {goal.action} is done, and that it is {agent.landed}, not {spec.effect}"

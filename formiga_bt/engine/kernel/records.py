@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.engine.kernel.causes import HoldCause, in_words
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
@@ -393,7 +394,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     id: str
     type: str
-    human: bool = False
+    mobility: Mobility = "air"
     shared: bool = False
     actions: tuple[str, ...] = ()
     present: bool = False
@@ -470,6 +471,16 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     order: int = 0
 
     @property
+    def human(self) -> bool:
+        """Return whether it is a person."""
+        return self.mobility == "people"
+
+    @property
+    def flies(self) -> bool:
+        """Return whether the rules of flight hold for it."""
+        return self.mobility == "air"
+
+    @property
     def said_at(self) -> Micros:
         """Return the engine time of the newest status: its stamp, but not later than its arrival."""
         return min(self.stamp, self.heard_at)
@@ -482,7 +493,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     @property
     def may_be_airborne(self) -> bool:
         """Return whether it flies for all that is known: one that was lost on its way up from the ground, too."""
-        return self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None
+        return self.flies and (self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None)
 
 
 class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -722,7 +733,8 @@ class RoleRequest(Struct, frozen=True, kw_only=True):
 
     role: str
     types: tuple[str, ...]
-    human: bool
+    shared: bool
+    """Several tasks may address who has it (people, devices): it is granted to each, and held by none."""
     count: int = 1
     more: int = 0
     """So many beyond `count` are taken too, if they fit and are free."""

@@ -267,7 +267,7 @@ class Authority:
         kept: dict[str, tuple[str, ...]] = {}
         for role in request.roles:
             agents = roles[role.role]
-            if pilot and not role.human:
+            if pilot and not role.shared:
                 more = min(len(agents) - role.count, room)
                 agents, room = agents[: role.count + more], room - more
             kept[role.role] = agents
@@ -295,7 +295,7 @@ class Authority:
 
 def machines_of(request: AgentRequest) -> int:
     """Return how many machines a request asks for."""
-    return sum(role.count for role in request.roles if not role.human)
+    return sum(role.count for role in request.roles if not role.shared)
 
 
 def short(digest: str) -> str:

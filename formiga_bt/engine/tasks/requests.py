@@ -96,7 +96,7 @@ class Requests:
         return RoleRequest(
             role=role.name,
             types=types,
-            human=all(core.catalogue.types[t].human for t in types) if types else False,
+            shared=all(core.catalogue.types[t].shared for t in types) if types else False,
             count=role.open.min if role.open else role.count or 1,
             more=_beyond(role.open) if role.open else 0,
             is_list=role.is_list,

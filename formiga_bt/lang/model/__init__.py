@@ -55,6 +55,7 @@ from formiga_bt.lang.model.world import (
     Port,
     Site,
     SiteAgent,
+    Station,
 )
 
 __all__ = [
@@ -95,6 +96,7 @@ __all__ = [
     "Site",
     "SiteAgent",
     "Some",
+    "Station",
     "Step",
     "Subtree",
     "Switch",

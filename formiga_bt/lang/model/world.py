@@ -7,6 +7,8 @@ from msgspec import Struct, field
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place
+from formiga_bt.base.machines import Mobility
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.steps import Subtree
 from formiga_bt.lang.types import Type
@@ -49,6 +51,10 @@ class ActionSpec(Struct, frozen=True):
     help: str = ""
 
 
+Rest = Literal["", "grounded_at_port", "parked", "docked", "anywhere"]
+"""Where a machine belongs when idle."""
+
+
 class AgentType(Struct, frozen=True):
     """An agent type of the catalogue, with what it extends already merged in."""
 
@@ -58,7 +64,10 @@ class AgentType(Struct, frozen=True):
     actions: tuple[str, ...] = ()
     extends: tuple[str, ...] = ()
     """All ancestors, nearest first."""
-    rest: Literal["", "grounded_at_port"] = ""
+    mobility: Mobility = "air"
+    """How it moves; what it extends says it, if it does not itself."""
+    rest: Rest = ""
+    """Where it belongs when idle: at a port (air); anywhere legal, or at a station (ground)."""
     recover: Subtree | None = None
     """A subtree with one agent param; None = this type needs or has no way home."""
     recover_ref: str = ""
@@ -70,14 +79,24 @@ class AgentType(Struct, frozen=True):
     land_ref: str = ""
     events: Mapping[str, Mapping[str, Type]] = field(default_factory=dict)
     """What it tells of itself, apart from any goal: event -> its fields."""
-    human: bool = False
     shared: bool = False
+    """Several tasks may address it at once, and none holds it: people, and what says so."""
     limits: Mapping[str, float] = field(default_factory=dict)
     """SI by name, envelope included: speed_m_s, climb_m_s, hover_drain_pct_s, reserve_pct, max_height_m, ..."""
     on_breach: Mapping[str, str] = field(default_factory=dict)
     """Limit of the envelope (reserve, max_height, keep_in, keep_out, ...) -> return or hold."""
     suspect_after_us: Micros = 3_000_000
     lost_after_us: Micros = 30_000_000
+
+    @property
+    def human(self) -> bool:
+        """Return whether it is a person."""
+        return self.mobility == "people"
+
+    @property
+    def flies(self) -> bool:
+        """Return whether the rules of flight hold for it."""
+        return self.mobility == "air"
 
 
 class Catalogue(Struct, frozen=True):
@@ -105,12 +124,26 @@ class Port(Struct, frozen=True):
     waiting: Any = None
 
 
+class Station(Struct, frozen=True):
+    """A place where ground machines stand, and may charge."""
+
+    name: str
+    at: Place
+    heading_deg: float | None = None
+    """True, clockwise from north: how a machine stands there."""
+    charges: bool = False
+    kinds: tuple[str, ...] = ()
+    """Types of machines that may use it; empty: all."""
+
+
 class SiteAgent(Struct, frozen=True):
-    """An agent that the site lists: its type and its own port."""
+    """An agent that the site lists: its type, and its own port or station."""
 
     id: str
     type: str
     home: str = ""
+    at: Place | None = None
+    """Where it stands: of what never moves; of a ground machine where it begins."""
 
 
 class Site(Struct, frozen=True):
@@ -127,6 +160,9 @@ class Site(Struct, frozen=True):
     regions: Mapping[str, Any] = field(default_factory=dict)
     fence: Any = None
     no_fly: tuple[Any, ...] = ()
+    no_go: tuple[Any, ...] = ()
+    """Regions that no ground machine enters."""
+    stations: Mapping[str, Station] = field(default_factory=dict)
     relief_m: float = 0.0
     """How much flat ground may rise above the base's ground, metres; with a height file, what that file may be wrong by."""
     heights: Any = None

@@ -36,6 +36,7 @@ STRICTER: Final[Mapping[str, Literal["more", "less"]]] = MappingProxyType(
         "link_silence": "less",
         "wind_max": "less",
         "daylight_only": "more",
+        "max_speed": "less",
     }
 )
 """Whether more or less of a limit is stricter."""
@@ -45,11 +46,14 @@ BREACHES: Final = ("reserve", "max_height", "terrain_clearance", "keep_in", "kee
 
 REACTIONS: Final = ("return", "hold")
 
+ABOVE_ZERO: Final = ("max_height", "wind_max", "link_silence", "max_speed")
+"""Limits that are never 0."""
+
 MOST_RESERVE: Final = 90.0
 """Percent; with a larger reserve no flight would begin."""
 
 _SUFFIX: Final[Mapping[str, str]] = MappingProxyType(
-    {"reserve": "pct", "wind_max": "m_s", "link_silence": "s", "daylight_only": ""}
+    {"reserve": "pct", "wind_max": "m_s", "max_speed": "m_s", "link_silence": "s", "daylight_only": ""}
 )
 _KINDS: Final = MappingProxyType({option.name: option.type for option in ENVELOPE})
 
@@ -130,8 +134,8 @@ def _in_range(option: Option, at: Node, problems: Problems) -> float | None:
         help_ = "percent is 0 to 100; a quarter of the charge is usual: 25 %"
         problems.add("E062", at.mark, f"'reserve' must lie between 0 % and {MOST_RESERVE:g} %", help_)
         return None
-    if value < 0 or (value == 0 and option.name in ("max_height", "wind_max", "link_silence")):
-        least = "above" if option.name in ("max_height", "wind_max", "link_silence") else "at least"
+    if value < 0 or (value == 0 and option.name in ABOVE_ZERO):
+        least = "above" if option.name in ABOVE_ZERO else "at least"
         problems.add("E062", at.mark, f"'{option.name}' must be {least} {format_quantity(option.type, 0.0)}")
         return None
     return value

@@ -16,6 +16,8 @@ SITE: Final = (
     Option("regions", "map", "Named regions: lists of places."),
     Option("fence", "value", "The region that no flight leaves."),
     Option("no_fly", "value", "Regions that no flight enters."),
+    Option("no_go", "value", "Regions that no ground machine enters."),
+    Option("stations", "map", "Places of ground machines: {at, heading, charges, kinds}."),
     Option("terrain", "options", "The ground: {flat: true, relief: 5 m} or {file: heights.asc, relief: 2 m}."),
     Option("layers", "value", "Heights at which drones cross, over the base's ground."),
     Option(
@@ -48,7 +50,7 @@ SITE: Final = (
     ),
     Option("pilots", "value", "The pilots: {id, max_airborne}; required in mode real."),
     Option("people", "map", "Site roles and the people who have them."),
-    Option("agents", "map", "The agents: {type, home}."),
+    Option("agents", "map", "The agents: {type, home, at}."),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
@@ -69,6 +71,12 @@ PORT: Final = (
     Option("at", "value", "Its place.", required=True),
     Option("waiting", "value", "Where to wait when it is taken."),
 )
+STATION: Final = (
+    Option("at", "value", "Its place.", required=True),
+    Option("heading", "value", "How a machine stands there: true, clockwise from north.", type="angle"),
+    Option("charges", "flag", "Whether machines charge there."),
+    Option("kinds", "words", "The types that may use it (all)."),
+)
 TERRAIN: Final = (
     Option("flat", "flag", "Whether the ground is flat."),
     Option("file", "text", "An ESRI ASCII grid of heights over the sea, in metres east and north of the base."),
@@ -80,7 +88,8 @@ PILOT: Final = (
 )
 AGENT: Final = (
     Option("type", "name", "Its type.", required=True),
-    Option("home", "name", "Its own port."),
+    Option("home", "name", "Its own port, or station."),
+    Option("at", "value", "Where it stands: of what never moves; of a ground machine where it begins."),
 )
 
 APPROVERS: Final = "approvers"

@@ -156,7 +156,6 @@ class Points:
         self.written.fence = self.keys.mark("fence")
         return self.region(self.keys["fence"].value)
 
-    def _no_fly(self) -> tuple[Any, ...]:
-        items = self.keys.listed("no_fly")
-        self.written.no_fly = [(region, item.mark) for item in items if (region := self.region(item)) is not None]
-        return tuple(region for region, _ in self.written.no_fly)
+    def _shut(self, key: str) -> list[tuple[Region, Mark]]:
+        """Return the regions of `no_fly` or `no_go`, and where they stand."""
+        return [(region, item.mark) for item in self.keys.listed(key) if (region := self.region(item)) is not None]

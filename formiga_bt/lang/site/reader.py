@@ -1,19 +1,20 @@
 """The keys of a site file read into a `Site`: its points by `points`, all else here."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 from formiga_bt.base.endpoints import open_to_others
+from formiga_bt.base.geo import Place
 from formiga_bt.base.heights import HeightGrid
-from formiga_bt.lang.keyed import check_version, read_inside
-from formiga_bt.lang.model import Port, Site, SiteAgent
+from formiga_bt.lang.keyed import Keys, check_version, read_inside
+from formiga_bt.lang.model import AgentType, Port, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, TRANSPORTS, ZENOH
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, STATION, TERRAIN, TRANSPORTS, ZENOH
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.text.document import Entry, Scalar
@@ -39,9 +40,11 @@ class SiteReader(Points):
         if "actions" in self.keys:
             check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
         ports = {e.key.text: port for e in self.entries("ports") if (port := self._port(e)) is not None}
+        stations = {e.key.text: one for e in self.entries("stations") if (one := self._station(e)) is not None}
         agents = self._agents()
         pilots = self._pilots()
         heights, relief = self._terrain()
+        self.written.no_fly, self.written.no_go = self._shut("no_fly"), self._shut("no_go")
         mode: Literal["simulation", "real"] = "real" if self._mode(pilots) == "real" else "simulation"
         site = Site(
             self.keys.word("name"),
@@ -55,7 +58,9 @@ class SiteReader(Points):
             },
             regions={one: region for one, node in self.outlines.items() if (region := self.region(node)) is not None},
             fence=self._fence(),
-            no_fly=self._no_fly(),
+            no_fly=tuple(region for region, _ in self.written.no_fly),
+            no_go=tuple(region for region, _ in self.written.no_go),
+            stations=stations,
             relief_m=relief,
             heights=heights,
             layers_m=self._layers(),
@@ -149,6 +154,22 @@ class SiteReader(Points):
             self.written.waiting[name] = keys.mark("waiting")
         return Port(name, at, waiting)
 
+    def _station(self, entry: Entry) -> Station | None:
+        name = entry.key.text
+        keys = read_inside(entry.value, STATION, self.problems, name, f"station '{name}'")
+        at = self.point(keys["at"].value, "at") if "at" in keys else None
+        heading = keys.number("heading") if "heading" in keys else None
+        kinds = read_words(keys["kinds"].value, self.problems, "kinds") if "kinds" in keys else ()
+        for kind in kinds:
+            known = self._type(kind)
+            if known is not None and known.mobility != "ground":
+                what = f"'{known.name}' does not drive: its mobility is {known.mobility}"
+                self.problems.add("E103", kind.mark, what, "stations are of ground machines; take it out")
+        if not isinstance(at, Place):
+            return None
+        self.written.stations[name] = keys.mark("at")
+        return Station(name, at, heading, keys.flag("charges"), tuple(kind.text for kind in kinds))
+
     def _terrain(self) -> tuple[HeightGrid | None, float]:
         """Return the heights of the ground (None = flat) and how far the ground may be off, metres."""
         keys = self.keys.inside("terrain", TERRAIN, "terrain")
@@ -185,41 +206,64 @@ class SiteReader(Points):
 
     def _agents(self) -> dict[str, SiteAgent]:
         found: dict[str, SiteAgent] = {}
-        ports = [e.key.text for e in self.entries("ports")]
         homes: dict[str, str] = {}
         for entry in self.entries("agents"):
             name = entry.key.text
             keys = read_inside(entry.value, AGENT, self.problems, name, f"agent '{name}'")
             of, home = keys.text("type"), keys.text("home")
+            kind = self._type(of) if of is not None else None
             if home is not None:
-                self._check_home(home, ports, homes)
+                self._check_home(home, kind, homes)
                 homes.setdefault(home.text, name)
+            at = self.point(keys["at"].value, "at") if "at" in keys else None
+            if at is not None:
+                self.written.stands[name] = keys.mark("at")
+            if of is not None and kind is not None:
+                self._check_where(of, kind, keys)
             if of is not None:
-                self._check_type(of, home)
-                found[name] = SiteAgent(name, of.text, home.text if home is not None else "")
+                stands = at if isinstance(at, Place) else None
+                found[name] = SiteAgent(name, of.text, home.text if home is not None else "", stands)
         return found
 
-    def _check_type(self, of: Scalar, home: Scalar | None) -> None:
-        """Report a type that the catalogue does not have, and a home of one that needs none."""
-        types = self.catalogue.types if self.catalogue is not None else {of.text: None}
+    def _type(self, of: Scalar) -> AgentType | None:
+        """Return a type of the catalogue; None, and a report, if there is none."""
+        if self.catalogue is None:
+            return None
+        types = self.catalogue.types
         if of.text not in types:
             meant = surely(of.text, types)
             what = f"no agent type is called '{shorten(of.text)}'{did_you_mean(of.text, types)}"
             self.problems.add("E020", of.mark, what, f"types: {quoted_list(types)}", fix_word(of, meant))
-            return
-        known = types[of.text]
-        if known is not None and known.rest == "grounded_at_port" and home is None:
+        return types.get(of.text)
+
+    def _check_where(self, of: Scalar, kind: AgentType, keys: Keys) -> None:
+        """Report a machine whose place the site must say, and a place of one that has none."""
+        if kind.rest == "grounded_at_port" and "home" not in keys:
             what = f"an agent of type {of.text} needs a home of its own"
             self.problems.add("E008", of.mark, what, "add home: with one of ports:")
+        if kind.rest == "docked" and "home" not in keys:
+            what = f"an agent of type {of.text} needs a home of its own"
+            self.problems.add("E008", of.mark, what, "add home: with one of stations:")
+        if kind.mobility == "fixed" and "at" not in keys:
+            what = f"an agent of type {of.text} never moves: the site says where it stands"
+            self.problems.add("E008", of.mark, what, "add at: with its place")
+        if kind.mobility == "none" and "at" in keys:
+            what = f"an agent of type {of.text} has no place: its mobility is none"
+            self.problems.add("E103", keys["at"].key.mark, what, "take it out")
 
-    def _check_home(self, at: Scalar, ports: Sequence[str], homes: Mapping[str, str]) -> None:
-        if at.text not in ports:
-            meant = surely(at.text, ports)
-            what = f"no port is called '{shorten(at.text)}'{did_you_mean(at.text, ports)}"
-            self.problems.add("E010", at.mark, what, f"ports: {quoted_list(ports)}", fix_word(at, meant))
+    def _check_home(self, at: Scalar, kind: AgentType | None, homes: Mapping[str, str]) -> None:
+        ports, stations = ([e.key.text for e in self.entries(key)] for key in ("ports", "stations"))
+        spots, called = (stations, "station") if kind is not None and kind.mobility == "ground" else (ports, "port")
+        if kind is not None and kind.mobility in ("fixed", "none", "people"):
+            what = f"an agent of type {kind.name} has no home: its mobility is {kind.mobility}"
+            self.problems.add("E103", at.mark, what, "take it out")
+        elif at.text not in spots:
+            meant = surely(at.text, spots)
+            what = f"no {called} is called '{shorten(at.text)}'{did_you_mean(at.text, spots)}"
+            self.problems.add("E010", at.mark, what, f"{called}s: {quoted_list(spots)}", fix_word(at, meant))
         elif at.text in homes:
-            what = f"port '{at.text}' is the home of {homes[at.text]} already"
-            self.problems.add("E018", at.mark, what, "a port holds one drone; give each its own")
+            what = f"{called} '{at.text}' is the home of {homes[at.text]} already"
+            self.problems.add("E018", at.mark, what, f"a {called} holds one machine; give each its own")
 
     def _people(self, agents: Mapping[str, SiteAgent]) -> dict[str, tuple[str, ...]]:
         found: dict[str, tuple[str, ...]] = {}

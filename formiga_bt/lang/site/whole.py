@@ -12,6 +12,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, Region, distance_m, horizontal_m, is_within
+from formiga_bt.base.machines import MOVING
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import AgentType, Site
 from formiga_bt.lang.site.envelope import Limit, ceiling, key_of, strictest
@@ -25,6 +26,10 @@ class Written(Struct):
     fence: Mark | None = None
     terrain: Mark | None = None
     no_fly: list[tuple[Region, Mark]] = field(default_factory=list)
+    no_go: list[tuple[Region, Mark]] = field(default_factory=list)
+    stations: dict[str, Mark] = field(default_factory=dict)
+    stands: dict[str, Mark] = field(default_factory=dict)
+    """Of agents: where `at` stands."""
     layers: list[tuple[float, Mark]] = field(default_factory=list)
     ports: dict[str, Mark] = field(default_factory=dict)
     waiting: dict[str, Mark] = field(default_factory=dict)
@@ -37,12 +42,13 @@ def check_whole(site: Site, written: Written, types: Iterable[AgentType], proble
     Args:
         site: as it was read.
         written: where its parts stand.
-        types: of the machines that may fly there; empty if they are not known.
+        types: of the machines that move there; empty if they are not known.
         problems: where to report.
     """
-    known = list(types)
+    known = [one for one in types if one.flies]
     spots = list(_spots(site, written))
-    _check_fences(site, written, spots, problems)
+    _check_fences(site, written, spots, written.no_fly, "a no-fly region", problems)
+    _check_fences(site, written, _stands(site, written), written.no_go, "a no-go region", problems)
     _check_heights_known(site, written, spots, problems)
     _check_apart(site, written, problems)
     _check_layers(site, written, known, problems)
@@ -59,14 +65,31 @@ def _spots(site: Site, written: Written) -> Iterator[tuple[str, Place | Position
             yield f"the waiting point of '{name}'", port.waiting, written.waiting[name]
 
 
-def _check_fences(site: Site, written: Written, spots: Iterable[tuple[str, Any, Mark]], problems: Problems) -> None:
+def _stands(site: Site, written: Written) -> Iterator[tuple[str, Place, Mark]]:
+    """Iterate over where ground machines stand, as `_spots`."""
+    for name, station in site.stations.items():
+        yield f"station '{name}'", station.at, written.stations[name]
+    for name, mark in written.stands.items():
+        at = site.agents[name].at if name in site.agents else None
+        if at is not None:
+            yield f"'{name}'", at, mark
+
+
+def _check_fences(
+    site: Site,
+    written: Written,
+    spots: Iterable[tuple[str, Any, Mark]],
+    shut: Iterable[tuple[Region, Mark]],
+    called: str,
+    problems: Problems,
+) -> None:
     for what, point, mark in spots:
         if site.fence is not None and not is_within(point, site.fence):
             help_ = "move it inside, or widen the fence"
             problems.add("E083", mark, f"{what} lies outside the fence{_line(written.fence)}", help_)
-        for region, at in written.no_fly:
+        for region, at in shut:
             if is_within(point, region):
-                problems.add("E083", mark, f"{what} lies in a no-fly region{_line(at)}", "move it out, or the region")
+                problems.add("E083", mark, f"{what} lies in {called}{_line(at)}", "move it out, or the region")
                 break
 
 
@@ -101,18 +124,21 @@ def _m(metres: float) -> str:
 
 
 def _check_apart(site: Site, written: Written, problems: Problems) -> None:
-    """Report E084 for ports closer than `min_spacing`, and for waiting points closer than `separation`."""
-    for one, other in combinations(site.ports.values(), 2):
-        apart = horizontal_m(one.at, other.at)
+    """Report E084 for ports and stations closer than `min_spacing`, and for waiting points closer than `separation`."""
+    spots = [(f"port '{one.name}'", one.at, written.ports[one.name]) for one in site.ports.values()]
+    spots += [(f"station '{one.name}'", one.at, written.stations[one.name]) for one in site.stations.values()]
+    for (one, here, _), (other, there, mark) in combinations(spots, 2):
+        apart = horizontal_m(here, there)
         if apart < site.min_spacing_m:
-            what = f"port '{other.name}' is {_m(apart)} from port '{one.name}'; min_spacing is {_m(site.min_spacing_m)}"
-            problems.add("E084", written.ports[other.name], what, "move one of them")
-        if one.waiting is not None and other.waiting is not None:
-            apart = distance_m(one.waiting, other.waiting)
+            what = f"{other} is {_m(apart)} from {one}; min_spacing is {_m(site.min_spacing_m)}"
+            problems.add("E084", mark, what, "move one of them")
+    for port, next_ in combinations(site.ports.values(), 2):
+        if port.waiting is not None and next_.waiting is not None:
+            apart = distance_m(port.waiting, next_.waiting)
             if apart < site.separation_m:
-                what = f"who waits for '{other.name}' is {_m(apart)} from who waits for '{one.name}'"
+                what = f"who waits for '{next_.name}' is {_m(apart)} from who waits for '{port.name}'"
                 help_ = f"separation is {_m(site.separation_m)}: move one of them, or give it another height"
-                problems.add("E084", written.waiting[other.name], what, help_)
+                problems.add("E084", written.waiting[next_.name], what, help_)
 
 
 def _least_clearance(site: Site, types: Iterable[AgentType]) -> float:
@@ -179,7 +205,7 @@ def _check_waiting(site: Site, written: Written, types: Iterable[AgentType], pro
 
 
 def machines(site: Site, types: Mapping[str, AgentType]) -> list[AgentType]:
-    """Return the types of the machines that the site lists; if it lists none, all types of machines with an envelope."""
+    """Return the types of the site's agents that move; if it lists none, all that fly and have an envelope."""
     listed = {agent.type for agent in site.agents.values()}
-    found = [one for name, one in types.items() if name in listed and not one.human]
-    return found or [one for one in types.values() if not one.human and key_of("max_height") in one.limits]
+    found = [one for name, one in types.items() if name in listed and one.mobility in MOVING]
+    return found or [one for one in types.values() if one.flies and key_of("max_height") in one.limits]

@@ -5,6 +5,7 @@ from typing import Any, Literal
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.machines import Mobility
 from formiga_bt.show.facts.site import ActionFact, Point, TaskFact
 
 
@@ -35,9 +36,14 @@ class Track(Struct, frozen=True, kw_only=True):
     agent: str
     type: str
     task: str = ""
-    human: bool = False
+    mobility: Mobility = "air"
     times: tuple[Micros, ...] = ()
     points: tuple[Point, ...] = ()
+
+    @property
+    def human(self) -> bool:
+        """Return whether it is a person."""
+        return self.mobility == "people"
 
 
 class MapMark(Struct, frozen=True, kw_only=True, omit_defaults=True):

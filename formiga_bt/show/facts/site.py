@@ -5,6 +5,7 @@ from typing import Any
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.machines import Mobility
 from formiga_bt.show.facts.tree import Drawing, StepFact
 
 
@@ -71,7 +72,7 @@ class AgentFact(Struct, frozen=True, kw_only=True):
 
     id: str
     type: str
-    human: bool = False
+    mobility: Mobility = "air"
     pool: str = ""
     liveness: str = ""
     control: str = ""
@@ -107,6 +108,11 @@ class AgentFact(Struct, frozen=True, kw_only=True):
     refused: str = ""
     word: str = ""
     """Its own status word."""
+
+    @property
+    def human(self) -> bool:
+        """Return whether it is a person."""
+        return self.mobility == "people"
 
 
 class GoalFact(Struct, frozen=True, kw_only=True):

@@ -24,7 +24,9 @@ def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) 
         marks=(*_marks(site), *events),
         shapes=tuple(_shapes(site)),
         tracks=tuple(
-            track for way in ways for track in way.tracks(None if way.human and way.agent in people else wanted)
+            track
+            for way in ways
+            for track in way.tracks(None if way.mobility == "people" and way.agent in people else wanted)
         ),
         origin_lat=site.lat,
         origin_lng=site.lng,

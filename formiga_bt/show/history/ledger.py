@@ -211,7 +211,7 @@ class Ledger:
         self.events = deque(sorted(events, key=lambda event: event.at), self.bounds.marks)
         for agent, way in whole.ways.items():
             if agent not in self.ways:
-                self.ways[agent] = AgentTrack(agent, way.type, human=way.human, points=self.bounds.points)
+                self.ways[agent] = AgentTrack(agent, way.type, mobility=way.mobility, points=self.bounds.points)
             self.ways[agent].adopt(way, task_id, self.began_at)
 
     def _task(self, at: Micros, change: ch.TaskPut) -> None:
@@ -262,7 +262,7 @@ class Ledger:
             way = self.ways.get(agent.id)
             if way is None:
                 way = self.ways[agent.id] = AgentTrack(
-                    agent.id, agent.type, human=agent.human, points=self.bounds.points
+                    agent.id, agent.type, mobility=agent.mobility, points=self.bounds.points
                 )
             way.note(at, agent.position, agent.task)
         elif old is not None and agent.heard_at != old.heard_at and agent.id in self.ways:

@@ -85,7 +85,7 @@ def agent_fact(
     return AgentFact(
         id=agent.id,
         type=agent.type,
-        human=agent.human,
+        mobility=agent.mobility,
         pool=agent.pool,
         liveness=agent.liveness,
         control=agent.control,

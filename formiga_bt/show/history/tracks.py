@@ -10,6 +10,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.show.facts import Point, Track
 
 NEAR_M: Final = 1.0
@@ -35,8 +36,8 @@ class TrackPiece(Struct):
 class AgentTrack:
     """The way of one agent."""
 
-    def __init__(self, agent: str, agent_type: str, *, human: bool, points: int = POINTS) -> None:
-        self.agent, self.type, self.human = agent, agent_type, human
+    def __init__(self, agent: str, agent_type: str, *, mobility: Mobility, points: int = POINTS) -> None:
+        self.agent, self.type, self.mobility = agent, agent_type, mobility
         self.pieces: list[TrackPiece] = []
         self._points = points
         self._kept = 0
@@ -97,7 +98,12 @@ class AgentTrack:
                 points = tuple(Point(round(e, 2), round(n, 2), round(u, 2)) for _, e, n, u in fixes)
                 found.append(
                     Track(
-                        agent=self.agent, type=self.type, task=piece.task, human=self.human, times=times, points=points
+                        agent=self.agent,
+                        type=self.type,
+                        task=piece.task,
+                        mobility=self.mobility,
+                        times=times,
+                        points=points,
                     )
                 )
         return found

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.machines import Mobility
 from formiga_bt.show.facts import Chart, MapMark, MapShape, Point, Track
 
 LEAST_M: Final = 20.0
@@ -64,9 +65,14 @@ class AgentWalk(Struct, frozen=True):
 
     agent: str
     type: str
-    human: bool
+    mobility: Mobility
     tasks: tuple[str, ...]
     pieces: tuple[Track, ...]
+
+    @property
+    def human(self) -> bool:
+        """Return whether it is a person."""
+        return self.mobility == "people"
 
     @property
     def points(self) -> list[Point]:
@@ -181,7 +187,7 @@ def _walks(tracks: Iterable[Track]) -> tuple[AgentWalk, ...]:
             track = replace(track, points=points, times=times, task=f"{last.task}, {track.task}".strip(", "))
         pieces.append(track)
     return tuple(
-        AgentWalk(agent, p[0].type, p[0].human, tuple(dict.fromkeys(t.task for t in p if t.task)), tuple(p))
+        AgentWalk(agent, p[0].type, p[0].mobility, tuple(dict.fromkeys(t.task for t in p if t.task)), tuple(p))
         for agent, p in by_agent.items()
     )
 

@@ -224,7 +224,7 @@ def _went(ledger: Ledger, fix: Fix) -> None:
         return
     way = ledger.ways.get(name)
     if way is None:
-        way = ledger.ways[name] = AgentTrack(name, agent.type, human=agent.human, points=ledger.bounds.points)
+        way = ledger.ways[name] = AgentTrack(name, agent.type, mobility=agent.mobility, points=ledger.bounds.points)
     way.note(point.at, position, agent.task)
 
 

@@ -113,8 +113,8 @@ def test_cards_tell_what_an_agent_can_do(world: World) -> None:
     world.fleet.add(AgentSpec(id="w", type="watcher", at=Place(1.0, 1.0)))
     world.run(0.0)
     drone, person = (event.card for _, event in world.heard if isinstance(event, AgentSeen))
-    assert (drone.human, drone.limits["speed_m_s"], drone.limits["climb_m_s"]) == (False, 10.0, 2.5)
-    assert (person.human, person.actions) == (True, ("Confirm",))
+    assert (drone.mobility, drone.limits["speed_m_s"], drone.limits["climb_m_s"]) == ("air", 10.0, 2.5)
+    assert (person.mobility, person.actions) == ("people", ("Confirm",))
     assert world.fleet.statistics() == {"agents": 2, "running": 2, "airborne": 1}
 
 

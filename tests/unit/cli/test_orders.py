@@ -85,7 +85,7 @@ def agent(name: str, **more: Any) -> AgentFact:
 
 
 def person() -> AgentFact:
-    return agent("picker_1", human=True, type="picker", task="")
+    return agent("picker_1", mobility="people", type="picker", task="")
 
 
 def order(name: str = "hwd_1", *following: str, **more: Any) -> OrderFact:

@@ -22,7 +22,8 @@ from tests.golden import Wording
 
 def drone(name: str, east_m: float, **fields: Any) -> Candidate:
     values: dict[str, Any] = {
-        "id": name, "type": "lwd", "order": int(name[1:]), "human": False, "actions": ("GoTo",), "refused": "",
+        "id": name, "type": "lwd", "order": int(name[1:]), "shared": False, "mobility": "air",
+        "actions": ("GoTo",), "refused": "",
         "pool": "STANDBY", "liveness": "ALIVE", "control": "engine", "task": "", "goal": "", "word": "STANDBY",
         "landed": "grounded", "at_port": True, "battery": 90.0, "position": Position(east_m, 0.0, 0.0),
     }  # fmt: skip
@@ -30,7 +31,7 @@ def drone(name: str, east_m: float, **fields: Any) -> Candidate:
 
 
 def role(**fields: Any) -> RoleRequest:
-    values: dict[str, Any] = {"role": "drone", "types": ("lwd",), "human": False, "near": (Place(0.0, 0.0),)}
+    values: dict[str, Any] = {"role": "drone", "types": ("lwd",), "shared": False, "near": (Place(0.0, 0.0),)}
     return RoleRequest(**(values | fields))
 
 

@@ -38,7 +38,7 @@ def flown() -> Rehearsal:
 
 
 def join(flown: Rehearsal, agent: str, kind: str = "picker") -> EngineStep:
-    card = AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=("Confirm",), human=True)
+    card = AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=("Confirm",), mobility="people")
     flown.driver.feed(AgentSeenInput(card))
     return flown.steps[-1]
 
@@ -80,7 +80,7 @@ def test_a_loaded_state_knows_who_is_there_and_wakes_as_before(flown: Rehearsal)
     state = load_snapshot(snapshot(old.state))
     again = Engine(old.core.site, old.core.catalogue, old.core.models, state=state)
     key = members_key("picker")
-    card = AgentCard(id="zoe", type="picker", boot_id="z", actions=("Confirm",), human=True)
+    card = AgentCard(id="zoe", type="picker", boot_id="z", actions=("Confirm",), mobility="people")
     due = again.next_deadline()
     step = again.handle(state.now, AgentSeenInput(card))
 

@@ -12,6 +12,7 @@ CATALOGUE = """\
 types:
   cart:
     label: cart
+    mobility: air
     actions: [Rise, Move, Haul, Home, Park]
     recover: back.yaml#Back
     limits: {speed: 10 m/s}

@@ -92,9 +92,9 @@ def test_several_files_make_one_catalogue(tmp_path: Path, catalogue: Catalogue) 
 
 def test_a_name_is_defined_once(tmp_path: Path) -> None:
     one = tmp_path / "one.yaml"
-    one.write_text("types:\n  hwd:\n")
+    one.write_text("types:\n  hwd: {mobility: air}\n")
     two = tmp_path / "two.yaml"
-    two.write_text("types:\n  hwd: {label: other}\n")
+    two.write_text("types:\n  hwd: {mobility: air, label: other}\n")
     _, problems, _ = load_catalogue([one, two, tmp_path / "three.yaml"])
 
     assert sorted(d.code for d in problems) == ["E008", "E018"]

@@ -20,7 +20,9 @@ FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))
 
 @pytest.fixture(scope="module")
 def catalogue() -> Catalogue:
-    found, problems, _ = load_catalogue([ROOT / "actions" / "base.yaml", MUSEUM / "catalogue" / "kite.yaml"])
+    found, problems, _ = load_catalogue(
+        [ROOT / "actions" / "base.yaml", MUSEUM / "catalogue" / "kite.yaml", MUSEUM / "catalogue" / "yard.yaml"]
+    )
 
     assert not problems
     return found

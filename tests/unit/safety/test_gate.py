@@ -20,7 +20,7 @@ def ask(**fields: Any) -> GateInput:
     given: dict[str, Any] = {
         "agent": "d1",
         "task": "T-1",
-        "human": False,
+        "mobility": "air",
         "reachable": True,
         "control": "engine",
         "position": HERE,
@@ -55,7 +55,7 @@ def test_nothing_is_sent_while_another_is_in_command(control: str) -> None:
         ({"stopped": "hold"}, Hold("stopped", "hold")),
         ({"locked": "return"}, Hold("lockdown", "return")),
         ({"deposed": True}, Hold("epoch", "a newer engine")),
-        ({"deposed": True, "human": True}, Hold("epoch", "a newer engine")),
+        ({"deposed": True, "mobility": "people"}, Hold("epoch", "a newer engine")),
         ({"deposed": True, "safety": True}, Hold("epoch", "a newer engine")),
         ({"safety": True, "control": "pilot"}, Hold("control", "pilot")),
         ({"safety": True, "taken": True}, Hold("control", "handback")),
@@ -70,8 +70,8 @@ def test_a_safety_goal_replaces_what_runs() -> None:
 
 
 def test_people_only_wait_until_they_can_be_reached() -> None:
-    assert verdict(ask(human=True, control="unknown")) == Go()
-    assert verdict(ask(human=True, reachable=False)) == Hold("unreachable", "d1")
+    assert verdict(ask(mobility="people", control="unknown")) == Go()
+    assert verdict(ask(mobility="people", reachable=False)) == Hold("unreachable", "d1")
 
 
 def test_a_goal_that_does_not_move_has_no_leg() -> None:

@@ -336,7 +336,7 @@ def test_one_question_at_a_time_is_shown(service: Service) -> None:
 
 def test_a_question_to_somebody_elsewhere_says_who_answers(start: Start, wording: Wording) -> None:
     with start(auto=False, desk={"picker_1": "picker"}) as service:
-        service.wire.add("watcher_1", "watcher", service.host.site.places["camp"], human=True)
+        service.wire.add("watcher_1", "watcher", service.host.site.places["camp"], mobility="people")
         service.submit("Ask")
         service.wait(lambda: [q["shown"] for q in service.get("/v1/inbox")["questions"]] == [["watcher_1"]])
 
@@ -501,6 +501,6 @@ def test_agents_are_listed_by_name_and_one_at_a_port_by_the_ports_name(service: 
         service.wire.add(name, "lwd", port.at if name == "lwd_9" else Place(0.0, 300.0))
     service.wait(lambda: len([a for a in service.get("/v1/agents")["agents"] if a["at"]]) >= 3)
 
-    machines = [a for a in service.get("/v1/agents")["agents"] if not a["human"]]
+    machines = [a for a in service.get("/v1/agents")["agents"] if a["mobility"] != "people"]
     assert [a["id"] for a in machines] == ["lwd_1", "lwd_9", "lwd_10"]
     assert [a["port"] for a in machines][1:] == [port.name, ""]

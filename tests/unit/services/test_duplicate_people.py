@@ -40,7 +40,7 @@ class Said:
 
 
 def card(agent: str, boot: str = "a") -> AgentSeen:
-    return AgentSeen(AgentCard(id=agent, type="watcher", boot_id=boot, actions=("Confirm",), human=True))
+    return AgentSeen(AgentCard(id=agent, type="watcher", boot_id=boot, actions=("Confirm",), mobility="people"))
 
 
 def status(boot: str, at_s: float, agent: str = "lwd_1") -> StatusArrived:
@@ -61,7 +61,7 @@ def test_nobody_speaks_for_a_person_of_the_desk(wording: Wording) -> None:
 @pytest.mark.network
 def test_an_engine_tells_of_a_person_who_answers_at_its_desk_and_elsewhere(start: Start) -> None:
     with start(desk={"watcher_1": "watcher"}) as service:
-        service.wire.add("watcher_1", "watcher", next(iter(service.host.site.ports.values())).at, human=True)
+        service.wire.add("watcher_1", "watcher", next(iter(service.host.site.ports.values())).at, mobility="people")
 
         def alarms() -> list[str]:
             return [event.text for event in service.host.feed.after(0)[0] if event.type == "alarm"]

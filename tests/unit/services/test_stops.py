@@ -161,7 +161,7 @@ def test_a_stop_of_all_names_who_did_not_get_it_and_why(paper: Paper, wording: W
         AgentPut(machine("hwd_2", liveness="LOST", pool="QUARANTINED", task="", order=2)),
         AgentPut(machine("lwd_1", landed="grounded", task="", pool="STANDBY", order=3)),
         AgentPut(machine("lwd_2", control="pilot", order=4)),
-        AgentPut(machine("picker_1", human=True, order=5)),
+        AgentPut(machine("picker_1", mobility="people", order=5)),
     )
     paper.then(OrderPut("hwd_1", order("hwd_1", "land", scope="all")))
 
@@ -455,7 +455,9 @@ def test_a_handback_does_not_promise_what_an_order_forbids(paper: Paper, wording
 # -- preflight ---------------------------------------------------------------------------------------------------------------
 def test_preflight_lists_the_checks_and_what_is_wrong(paper: Paper, wording: Wording) -> None:
     checks = (PreflightCheck("armable", True), PreflightCheck("gnss", False, "4 satellites"))
-    paper.put(AgentPut(machine("hwd_1", landed="grounded", checks=checks)), AgentPut(machine("picker_1", human=True)))
+    paper.put(
+        AgentPut(machine("hwd_1", landed="grounded", checks=checks)), AgentPut(machine("picker_1", mobility="people"))
+    )
 
     found = paper.stops.preflight("hwd_1")
 

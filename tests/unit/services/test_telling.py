@@ -29,7 +29,7 @@ def test_an_event_over_http_reaches_the_task_that_waits_for_it(start: Start) -> 
 @pytest.mark.network
 def test_what_cannot_be_told_here_is_refused(start: Start, wording: Wording) -> None:
     with start(desk={"picker_1": "picker"}) as service:
-        service.wire.add("picker_2", "picker", service.host.site.places["camp"], human=True)
+        service.wire.add("picker_2", "picker", service.host.site.places["camp"], mobility="people")
         service.wait(lambda: len(service.get("/v1/agents")["agents"]) == 3)
 
         def refusal(agent: str, **body: object) -> tuple[int, str]:

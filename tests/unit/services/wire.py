@@ -7,6 +7,7 @@ from typing import Any
 from uuid import uuid4
 
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,
@@ -72,12 +73,12 @@ class Wire:
         self._lock = threading.RLock()
         self._wake: Callable[[], None] = lambda: None
 
-    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", human: bool = False) -> Machine:
+    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", mobility: Mobility = "air") -> Machine:
         with self._lock:
             machine = self.machines[agent] = Machine(agent, kind, at, f"{agent}-{self.boot}")
             machine.control = control
-            actions = ("Confirm",) if human else ACTIONS
-            card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=actions, human=human)
+            actions = ("Confirm",) if mobility == "people" else ACTIONS
+            card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=actions, mobility=mobility)
             self._inbox.append(AgentSeen(card))
             self._inbox.append(StatusArrived(machine.status()))
         self._wake()

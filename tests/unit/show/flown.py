@@ -76,7 +76,7 @@ SITE = Chart(
             agent="hwd_1", type="hwd", task="PickUp-1", times=(at(5), at(25), at(50), at(80)),
             points=(Point(-40, 10), Point(-40, 10, 60), Point(60, 80, 60), Point(60, 80)),
         ),
-        Track(agent="picker_1", type="picker", human=True, times=(at(0),), points=(Point(62, 70),)),
+        Track(agent="picker_1", type="picker", mobility="people", times=(at(0),), points=(Point(62, 70),)),
     ),
 )  # fmt: skip
 """A drone that flies from a port to a field where a person stands."""

@@ -25,7 +25,7 @@ def test_numbers_in_names_count_as_numbers() -> None:
 
 
 def test_machines_come_before_people() -> None:
-    people = [machine("adam", human=True)]
+    people = [machine("adam", mobility="people")]
     assert [one.id for one in sorted([*people, machine("hwd_10"), machine("hwd_9")], key=listing)] == [
         "hwd_9", "hwd_10", "adam",
     ]  # fmt: skip

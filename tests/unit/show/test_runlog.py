@@ -118,7 +118,7 @@ def test_notices_and_alarms_are_lines(feed: Feeder) -> None:
 def test_the_least_battery_is_of_machines(feed: Feeder) -> None:
     for percent in (90.0, 40.0, 60.0):
         feed(ch.AgentPut(AgentRecord(id="hwd_1", type="hwd", battery=percent)))
-    feed(ch.AgentPut(AgentRecord(id="picker_1", type="picker", human=True, battery=5.0)))
+    feed(ch.AgentPut(AgentRecord(id="picker_1", type="picker", mobility="people", battery=5.0)))
     assert feed.log.least_battery == {"hwd_1": 40.0}
 
 

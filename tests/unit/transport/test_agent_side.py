@@ -4,6 +4,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
+from formiga_bt.base.machines import Mobility
 from formiga_bt.transport.agent_side import REMEMBERED_GOALS, AgentSide
 from formiga_bt.transport.messages import (
     AgentCard,
@@ -55,11 +56,11 @@ class Body:
 
 
 class Agent:
-    def __init__(self, *, human: bool = False, beat_us: int | None = None) -> None:
+    def __init__(self, *, mobility: Mobility = "air", beat_us: int | None = None) -> None:
         self.time = 0
         self.link = Link()
         self.body = Body()
-        card = AgentCard(id="a", type="drone", boot_id="b1", actions=("Go", "Confirm"), human=human)
+        card = AgentCard(id="a", type="drone", boot_id="b1", actions=("Go", "Confirm"), mobility=mobility)
         self.side = AgentSide(card, self.body, self.link, now=lambda: self.time, beat_us=beat_us)
 
     def goal(self, goal_id: str, **more: object) -> GoalEvent:
@@ -264,7 +265,7 @@ def test_engine_time_that_was_far_ahead_steps_back(agent: Agent) -> None:
 
 
 def test_a_thousand_ended_goals_are_remembered_and_running_ones_never_forgotten() -> None:
-    agent = Agent(human=True)
+    agent = Agent(mobility="people")
     agent.goal("kept", action="Confirm")
     for i in range(REMEMBERED_GOALS + 5):
         agent.goal(f"g{i}")
@@ -275,7 +276,7 @@ def test_a_thousand_ended_goals_are_remembered_and_running_ones_never_forgotten(
 
 
 def test_a_person_holds_many_questions_beside_one_other_goal() -> None:
-    agent = Agent(human=True)
+    agent = Agent(mobility="people")
     assert [agent.goal(f"q{i}", action="Confirm").state for i in range(3)] == ["accepted"] * 3
     assert agent.goal("g1").state == "accepted"
     assert agent.goal("g2").code == "busy"

@@ -68,9 +68,9 @@ def test_people_are_human_agents(wording: Wording) -> None:
     assert wakes
     seen, status = transport.poll()
     assert isinstance(seen, AgentSeen)
-    assert (seen.card.type, seen.card.human, seen.card.actions, seen.card.boot_id) == (
+    assert (seen.card.type, seen.card.mobility, seen.card.actions, seen.card.boot_id) == (
         "picker",
-        True,
+        "people",
         ("Confirm",),
         "desk-5",
     )

@@ -17,7 +17,9 @@ def site(*agents: AgentFact, questions: tuple[QuestionFact, ...] = ()) -> Now:
 
 HWD = WatchOrder(verb="hold", kind="agent", target="hwd_1")
 UP = site(agent("hwd_1", task="PickUp-1"))
-DOWN = site(agent("hwd_1", task="PickUp-1", landed="grounded"), agent("eve", task="PickUp-1", human=True, landed=""))
+DOWN = site(
+    agent("hwd_1", task="PickUp-1", landed="grounded"), agent("eve", task="PickUp-1", mobility="people", landed="")
+)
 
 
 def order(verb: str, kind: str = "agent", target: str = "hwd_1", how: str = "", by: str = "") -> WatchOrder:

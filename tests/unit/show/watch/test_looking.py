@@ -486,8 +486,11 @@ def test_what_is_cut_at_the_edge_has_a_mark_and_failures_are_told() -> None:
 
 def test_a_machine_to_hand_back_is_told_once_and_people_as_here_or_asked() -> None:
     source = FakeSource()
-    source.agents = [agent("hwd_1", task="PickUp-1", taken=True), agent("eve", human=True, word="EXECUTING ACTION")]
-    source.agents.append(agent("bob", human=True, word="STANDBY"))
+    source.agents = [
+        agent("hwd_1", task="PickUp-1", taken=True),
+        agent("eve", mobility="people", word="EXECUTING ACTION"),
+    ]
+    source.agents.append(agent("bob", mobility="people", word="STANDBY"))
     source.tasks = [task(1, held=("take-over:hwd_1",), needs="hand hwd_1 back")]
 
     async def look(room: Room) -> None:

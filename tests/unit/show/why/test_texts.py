@@ -298,7 +298,7 @@ def test_many_agents_refused_for_one_reason_are_counted(state: EngineState, word
     )
     state.requests["PickUp-3"] = AgentRequest(
         holder="PickUp-3", priority="high", order=1, at=NOW,
-        roles=(RoleRequest(role="drone", types=("hwd",), human=False),), expires=NOW + 90 * SECOND,
+        roles=(RoleRequest(role="drone", types=("hwd",), shared=False),), expires=NOW + 90 * SECOND,
     )  # fmt: skip
     state.explanations["PickUp-3"] = (
         Verdict("drone", "hwd_0", "quarantined", detail="crash"),
@@ -337,10 +337,10 @@ def test_an_unknown_id_is_refused_with_near_ones(state: EngineState, of: str, wo
 
 
 def test_a_choice_by_charge_gives_the_numbers_of_those_with_little(wording: Wording) -> None:
-    wish = RoleRequest(role="drone", types=("lwd",), human=False)
+    wish = RoleRequest(role="drone", types=("lwd",), shared=False)
     full, low = (
         Candidate(
-            id=f"lwd_{number}", type="lwd", order=number, human=False, actions=(), refused="", pool="STANDBY",
+            id=f"lwd_{number}", type="lwd", order=number, shared=False, mobility="air", actions=(), refused="", pool="STANDBY",
             liveness="ALIVE", control="engine", task="", goal="", word="STANDBY", landed="grounded", at_port=True,
             battery=battery, position=Position(0.0, 0.0, 0.0),
         )

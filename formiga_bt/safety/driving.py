@@ -1,0 +1,111 @@
+"""Ground machines at the gate: may this machine drive this way, and does its charge do?
+
+Zones are the fence and the no-go regions; the speed is the one that the goal asks for; the charge is reckoned for the straight
+way and from its end to the nearest charging station, in time over the ground times `drive_drain_pct_s` of the type.
+The corridor is the straight way with `min_spacing` around it: while another machine of another task stands or drives in it, a
+goal waits. A machine that avoids obstacles by itself would not need that; no card says so yet.
+Pure; called by the gate (`corridor`) and by what the gate asks of the limits (`at_gate`).
+"""
+
+import math
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+from formiga_bt.base.geo import Place, Position, horizontal_m, segment_distance_m
+from formiga_bt.safety.airspace import Airspace
+from formiga_bt.safety.flights import Breach
+from formiga_bt.safety.rules import Rules
+from formiga_bt.safety.traffic import Traffic, Way
+
+LOW_M = 3.0
+"""What is lower than this over the ground is in the way of who drives."""
+
+
+class Drive(Struct, frozen=True, kw_only=True, gc=False):
+    """What a goal would do, and with which machine."""
+
+    agent: str
+    here: Position | None
+    to: Place | None
+    """Where it drives; None = it stays where it is."""
+    speed_m_s: float | None = None
+    """That the goal asks for; None = the machine's own."""
+    own_speed_m_s: float = 0.0
+    battery: float | None = None
+    drain_pct_s: float = 0.0
+    """Points of charge a second while it drives; 0 = not known, and the charge is not reckoned."""
+    chargers: tuple[Place, ...] = ()
+    rescue: bool = False
+    """A goal of recover: it is not judged by its charge, and may lead out of a breach."""
+
+
+def at_gate(drive: Drive, ground: Airspace, rules: Rules) -> Breach | None:
+    """Return the gravest limit that a goal would break, or None."""
+    speed = drive.own_speed_m_s if drive.speed_m_s is None else drive.speed_m_s
+    if speed > rules.max_speed_m_s and (drive.speed_m_s is not None or drive.to is not None):
+        text = f"{drive.agent} would go with {speed:g} m/s, at most {rules.max_speed_m_s:g} m/s are allowed"
+        return Breach("max_speed", text, speed, rules.max_speed_m_s)
+    if drive.to is None:
+        return None
+    if not math.isfinite(drive.to.east_m + drive.to.north_m):
+        return Breach("position", f"{drive.agent} is to go nowhere: a coordinate of the way is no number")
+    if drive.here is None:
+        return Breach("position", f"it is not known where {drive.agent} is")
+    for zone in ground.ground_zones:
+        offence = zone.offence(drive.here, drive.to, rescue=drive.rescue)
+        if offence is not None:
+            deep, at = (
+                round(offence.depth_m, 1),
+                f"east {round(offence.at.east_m)} m, north {round(offence.at.north_m)} m",
+            )
+            if zone.keep_in:
+                return Breach("keep_in", f"the way leaves the fence: {deep:g} m outside at {at}", deep, 0.0)
+            return Breach(
+                "keep_out", f"the way enters the no-go region {zone.name}: {deep:g} m deep at {at}", deep, 0.0
+            )
+    return None if drive.rescue else _charge(drive, drive.to, speed, rules)
+
+
+def _charge(drive: Drive, to: Place, speed: float, rules: Rules) -> Breach | None:
+    if drive.drain_pct_s <= 0.0 or drive.here is None:
+        return None
+    if drive.battery is None:
+        return Breach("reserve", f"the charge of {drive.agent} is not known")
+    pace = speed if speed > 0.0 else 1.0
+    home_m = min((horizontal_m(to, one) for one in drive.chargers), default=0.0)
+    need = (horizontal_m(drive.here, to) + home_m) / pace * drive.drain_pct_s
+    left = drive.battery - rules.reserve_pct
+    if need <= left:
+        return None
+    then = "to go there and on to the nearest charging station" if drive.chargers else "to go there"
+    text = f"needs {need:.1f} % {then}, has {drive.battery:.1f} % of which {rules.reserve_pct:g} % are reserve"
+    return Breach("reserve", text, need, left)
+
+
+def corridor(agent: str, task: str, way: Way, traffic: Sequence[Traffic], keep_m: float) -> str:
+    """Return the machine of another task that stands, drives, starts or lands in the way of who drives, or "".
+
+    One that is too near already may be left, never be come nearer to.
+    """
+    start, end = way
+    for other in traffic:
+        if other.agent == agent or (other.task and other.task == task):
+            continue
+        ways = [(_low(spot), _low(spot)) for spot in other.spots]
+        ways += [one for one in other.ways if min(one[0].up_m, one[1].up_m) < LOW_M]
+        for theirs in ways:
+            a, b = _low(theirs[0]), _low(theirs[1])
+            if segment_distance_m(start, end, a, b) < keep_m and not _leaves(start, end, (a, b), keep_m):
+                return other.agent
+    return ""
+
+
+def _leaves(start: Position, end: Position, theirs: Way, keep_m: float) -> bool:
+    now_m = segment_distance_m(start, start, *theirs)
+    least_m = segment_distance_m(start, end, *theirs)
+    return now_m < keep_m <= segment_distance_m(end, end, *theirs) and least_m >= now_m - 0.1
+
+
+def _low(at: Place | Position) -> Position:
+    return Position(at.east_m, at.north_m, 0.0)
