@@ -27,6 +27,7 @@ import json
 import os
 import re
 import time
+import uuid
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -211,6 +212,22 @@ class SiteFolder:
         epoch = max(known, self._last_epoch) + 1
         write_durably(file, f"{epoch}\n")
         return epoch
+
+    def engine_id(self) -> str:
+        """Return which engine has this folder: made at its first start, and the same from then on.
+
+        Raises:
+            SiteError: it cannot be read or written.
+        """
+        file = self.path / "engine_id"
+        try:
+            known = file.read_text(encoding="ascii").strip() if file.exists() else ""
+        except (OSError, ValueError) as error:
+            raise SiteError(f"cannot use {file}: {error}") from error
+        if not known:
+            known = uuid.uuid4().hex[:12]
+            write_durably(file, f"{known}\n")
+        return known
 
     def raise_epoch(self, epoch: int) -> None:
         """Note the highest epoch in use: the journal knew of starts that this folder did not, or agents follow a higher one.

@@ -30,6 +30,11 @@ def _is_epoch(file: Path) -> bool:
     return text.isdigit() and len(text) <= 10 and int(text) < MOST_EPOCH
 
 
+def _is_engine_id(file: Path) -> bool:
+    text = file.read_text(encoding="ascii").strip()
+    return 8 <= len(text) <= 64 and text.isalnum()
+
+
 def _is_marks(file: Path) -> bool:
     said = _json(file)
     counters = said.get("counters", {})
@@ -75,6 +80,10 @@ def _is_lines(file: Path) -> bool:
 Check = Callable[[Path], bool]
 FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "epoch": (_is_epoch, "a higher epoch than any that is known is taken"),
+    "engine_id": (
+        _is_engine_id,
+        "a new one is made: agents follow it when they have heard nothing of the old one for 30 s",
+    ),
     "marks.json": (_is_marks, "ids go on from the journal's, or a million of each kind are passed over"),
     "exact": (_is_empty, "ids are passed over"),
     "no-journal": (_is_empty, "nothing is lost"),

@@ -17,6 +17,7 @@ from formiga_bt.base.machines import MACHINES
 from formiga_bt.base.packaged import folder
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.actions import read_action, read_optional_mapping, read_results
+from formiga_bt.lang.expr.scope import AGENT_FIELDS
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
@@ -64,6 +65,7 @@ TYPE: Final = (
     Option("envelope", "options", "Limits that no flight may break.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit: return or hold."),
     Option("events", "map", "What it reports of itself, apart from any goal: event -> {field: type}."),
+    Option("fields", "map", "What its statuses say besides: name -> type, read as role.name."),
     Option("suspect_after", "value", "Silence after which it is not allocated.", type="duration"),
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )
@@ -77,6 +79,9 @@ _SUFFIX: Final[Mapping[str, str]] = {
     "angle": "deg",
 }
 
+
+RESERVED_FIELDS: Final = frozenset({"landed", "pool", "task", "action", "liveness", "layer_m", "payload_kg", "member"})
+"""What the engine itself notes of each agent: no field of a type's own is called so."""
 
 _WAYS: Final[Mapping[str, tuple[str, ...]]] = {
     "recover": ("agent",),
@@ -236,6 +241,8 @@ class _CatalogueReader:
             new["actions"] = tuple(dict.fromkeys((*base.actions, *own)))
         if "events" in keys:
             new["events"] = {**base.events, **_events(keys["events"].value, problems)}
+        if "fields" in keys:
+            new["fields"] = {**base.fields, **_fields(keys["fields"].value, problems)}
         if "rest" in keys:
             new["rest"] = read_word(keys["rest"].value, problems, "rest", EVERY_REST)
         if "mobility" in keys:
@@ -329,6 +336,18 @@ def _limits(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:
         number = read_number(node, problems, name)
         if number is not None:
             found[name] = number
+    return found
+
+
+def _fields(node: Node, problems: Problems) -> dict[str, Type]:
+    """Return the types of what the statuses of a type say besides."""
+    found = read_results(node, problems, "fields")
+    mapping = read_mapping(node, Problems(), "fields")
+    for entry in mapping.entries if mapping is not None else ():
+        name = entry.key.text
+        if name in AGENT_FIELDS or name in RESERVED_FIELDS:
+            problems.add("E018", entry.key.mark, f"'{name}' is a field of every agent", "choose another name")
+            found.pop(name, None)
     return found
 
 

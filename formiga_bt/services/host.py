@@ -27,6 +27,7 @@ from formiga_bt.engine.goals.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Resumed
 from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import beginning, crew
@@ -147,6 +148,7 @@ class EngineHost:
         self._back: Comeback | None = None
         self._follow: dict[str, int] = {}
         """Agent -> the epoch that it follows, as it last said."""
+        self._engine_id = ""
         self.draining = False
         self.restored: list[str] = []
         """What people should know of tasks that were loaded before this start, in sentences."""
@@ -181,6 +183,7 @@ class EngineHost:
         self.journaling.open()
         now_us, counters = self._folder.marks()
         self.epoch = self._last_epoch = self.journaling.take()
+        self._engine_id = self._folder.engine_id()
         self._restore_tasks()
         served = dict(self._tasks)
         self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
@@ -202,6 +205,7 @@ class EngineHost:
             wires if fails is None else [fails.wire(wire) for wire in wires],
             speed=self._speed,
             epoch=self.epoch,
+            engine_id=self._engine_id,
             listeners=[
                 self.view.feed_step, flights.feed_step, *([back.blame.take] if back is not None else []), *self._listeners,
             ],
@@ -311,11 +315,15 @@ class EngineHost:
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)
-            elif isinstance(change, ch.AgentPut) and change.agent.epoch != self._follow.get(
-                change.agent.id, self.epoch
-            ):
-                self._follow[change.agent.id] = change.agent.epoch
-                self._prepare_next_start()
+            elif isinstance(change, ch.AgentPut):
+                self._note_follower(change.agent)
+
+    def _note_follower(self, agent: AgentRecord) -> None:
+        """Note which epoch an agent follows, if it is one of this engine's."""
+        ours = agent.engine_id in ("", self._engine_id)
+        if ours and agent.epoch != self._follow.get(agent.id, self.epoch):
+            self._follow[agent.id] = agent.epoch
+            self._prepare_next_start()
 
     def _prepare_next_start(self) -> None:
         """Let the next start have an epoch that the agents accept: some follow an engine of a higher one."""

@@ -39,16 +39,20 @@ REMEMBERED_EVENTS: Final = 100
 SET_BACK_US: Final[Micros] = 10 * SECOND
 """Engine time as known here stands still while it is ahead of the engine's by less than that (wall), else it steps back."""
 
+ENGINE_KEPT_US: Final[Micros] = 30 * SECOND
+"""An engine that was silent for so long may be replaced by one of another identity."""
+
 CONFIRM: Final = "Confirm"
 """The action by which people are asked. A person may hold several such goals at once."""
 
 STANDBY: Final = "STANDBY"
 EXECUTING: Final = "EXECUTING ACTION"
 
-_STATUS_FIELDS: Final = frozenset(
+STATUS_FIELDS: Final = frozenset(
     {
         "battery", "position", "lat", "lng", "initial_deployment", "landed", "payload_kg", "quality", "age_us",
-        "wind_east_m_s", "wind_north_m_s", "checks",
+        "wind_east_m_s", "wind_north_m_s", "checks", "heading_deg", "speed_m_s", "altitude_m", "floor", "charging", "link",
+        "errors", "fields",
     }
 )  # fmt: skip
 """What a body may say of itself; all other fields of a status are the side's."""
@@ -97,6 +101,7 @@ class AgentSide:
         self._running: list[str] = []
         self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id, seq=0, stamp=0)
         self._seq = 0
+        self._engine_id = ""
         self._epoch = 0
         self._ignored_epoch = 0
         self._beat = 0
@@ -122,6 +127,11 @@ class AgentSide:
     def active_goal(self) -> GoalRequest | None:
         """Return the oldest goal that has not ended, or None."""
         return next(iter(self.active), None)
+
+    @property
+    def engine_id(self) -> str:
+        """Return which engine this agent follows; "" before one said its name."""
+        return self._engine_id
 
     @property
     def epoch(self) -> int:
@@ -164,6 +174,13 @@ class AgentSide:
         record = self._goals.get(goal_id)
         return record.action if record else ""
 
+    def runs_beside(self, action: str) -> bool:
+        """Return whether goals of an action run beside any others: a question to a person, and what the card says."""
+        if action == CONFIRM:
+            return self.card.mobility == "people"
+        announced = self.card.action(action)
+        return announced is not None and announced.exclusive is False
+
     def announce(self) -> None:
         """Publish the card and a first status: the owner calls it once, when body and wire are ready."""
         self._link.publish_card(self.card)
@@ -176,6 +193,8 @@ class AgentSide:
         known = self._goals.get(request.goal_id)
         if known is not None:
             return self._answer(known.event)
+        if not self._follows(request.engine_id, request.epoch, request.beat):
+            return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="other_engine")
         if request.epoch < self._epoch:
             # Not remembered: the engine that replaced the sender may send this very id again.
             return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="epoch_old")
@@ -241,7 +260,9 @@ class AgentSide:
         )
 
     def on_clock(self, beat: ClockBeat) -> None:
-        """Take the engine's clock. Beats of an older engine, late ones, and ones too far ahead are ignored."""
+        """Take the engine's clock. Beats of another or older engine, late ones, and ones too far ahead are ignored."""
+        if not self._follows(beat.engine_id, beat.epoch, beat.beat):
+            return
         if beat.epoch < self._epoch or (beat.epoch > self._epoch and not self._believes_epoch(beat.epoch)):
             return
         was_cut_off = self.is_cut_off
@@ -308,7 +329,7 @@ class AgentSide:
 
     def set_status(self, **fields: Any) -> None:
         """Note the body's present fields of AgentStatus (`battery`, `position`, `landed`, ...) without publishing."""
-        wrong = fields.keys() - _STATUS_FIELDS
+        wrong = fields.keys() - STATUS_FIELDS
         assert not wrong, f"{sorted(wrong)} are not for the body to set"
         self._status = msgspec.structs.replace(self._status, **fields)
 
@@ -352,6 +373,19 @@ class AgentSide:
                 self._link.publish_event(self._answer(self._goals[goal].event))
         self.publish_status()
 
+    def _follows(self, engine_id: str, epoch: int, beat: int) -> bool:
+        """Return whether this is the engine that the agent follows: the first that said its name, as long as it is heard."""
+        if not engine_id or engine_id == self._engine_id:
+            return True
+        if self._engine_id:
+            if self._now() - self._heard_at < ENGINE_KEPT_US or epoch > MOST_EPOCH:
+                return False
+            # Another engine has the site now: its count of starts and beats is another one, too.
+            self._clock = None
+            self._begin_epoch(epoch, beat)
+        self._engine_id = engine_id
+        return True
+
     def _believes_epoch(self, epoch: int) -> bool:
         """Return whether an epoch above ours may be an engine's: any is the first of a start, later ones come in steps."""
         most = min(MOST_EPOCH, self._epoch + EPOCH_STEP) if self._epoch else MOST_EPOCH
@@ -384,7 +418,7 @@ class AgentSide:
             return "wrong_agent"
         if self._beat + self._unheard_beats() > request.beat + request.ttl_beats:
             return "goal_expired"
-        if request.action not in self.card.actions:
+        if request.action not in self.card.names:
             return "unknown_action"
         if self._status.control != "engine":
             return "not_in_command"
@@ -397,11 +431,9 @@ class AgentSide:
 
     def _rivals(self, request: GoalRequest) -> tuple[str, ...]:
         """Return the running goals beside which this one cannot run."""
-        if self.card.mobility != "people":
-            return tuple(self._running)
-        if request.action == CONFIRM:
+        if self.runs_beside(request.action):
             return ()
-        return tuple(goal.goal_id for goal in self.active if goal.action != CONFIRM)
+        return tuple(goal.goal_id for goal in self.active if not self.runs_beside(goal.action))
 
     def _replace_rivals(self, record: _Record) -> None:
         # After the body took the new goal, so that a refused safety goal leaves the running one alone.
@@ -439,4 +471,5 @@ class AgentSide:
             beat=self._beat,
             epoch=self._epoch,
             epoch_ignored=self._ignored_epoch,
+            engine_id=self._engine_id,
         )

@@ -17,6 +17,7 @@ from formiga_bt.base.bounds import ID_LIMIT, MOST, MOST_INT, are_within, fault_o
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.cards import read_card
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
@@ -35,7 +36,9 @@ Asked = Literal["goal", "cancel", "query"]
 FRAME_LIMIT: Final = 256 * 1024
 """The most bytes one message may have."""
 CHECKS_LIMIT: Final = 32
-"""The most preflight checks a status may hold."""
+"""The most preflight checks, and the most errors, that a status may hold."""
+FIELDS_LIMIT: Final = 200
+"""The most fields of its type that a status may hold."""
 
 MOST_SPEED: Final = 1000.0
 """Engine seconds per wall second, as a beat may say."""
@@ -100,6 +103,19 @@ def decode(raw: bytes, kind: type[_T]) -> _T:
         raise WireError(f"{kind.__name__}: {error}") from error
 
 
+def decode_card(raw: bytes) -> AgentCard:
+    """Return a card; what cannot be read of it stands in its `faults`, and one of another version has no actions.
+
+    Raises:
+        WireError: the card as a whole cannot be read.
+    """
+    check_size(len(raw))
+    try:
+        return read_card(msgspec.json.decode(raw))
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise WireError(f"AgentCard: {error}") from error
+
+
 def check_size(size: int) -> None:
     """Refuse a message of more than `FRAME_LIMIT` bytes.
 
@@ -146,6 +162,7 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
         raise WireError("a status with a number that is not finite")
     if not are_within(numbers):
         raise WireError(f"a status with a number beyond {MOST:g}")
+    _check_more(status)
     counts = (status.seq, status.stamp, status.age_us, status.beat, status.epoch, status.epoch_ignored)
     if not are_within(counts, MOST_INT):
         raise WireError("a status with a whole number beyond 2**61")
@@ -155,6 +172,27 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
     if len(names) > CHECKS_LIMIT or not all(names) or len(set(names)) < len(names):
         raise WireError(f"a status with preflight checks that are more than {CHECKS_LIMIT}, nameless, or named twice")
     return status
+
+
+def _check_more(status: AgentStatus) -> None:
+    """Check what a status of a machine that is no drone says besides: looked at only where it is said."""
+    link = status.link
+    for name, number, most in (
+        ("heading_deg", status.heading_deg, 360.0),
+        ("speed_m_s", status.speed_m_s, MOST),
+        ("link.rtt_ms", link.rtt_ms if link is not None else None, MOST),
+        ("link.loss", link.loss if link is not None else None, 1.0),
+    ):
+        if number is not None and not 0.0 <= number <= most:
+            raise WireError(f"a status with {name} {number!r}: 0 to {most:g}, or null")
+    if status.altitude_m is not None and not -MOST <= status.altitude_m <= MOST:
+        raise WireError(f"a status with altitude_m beyond {MOST:g}")
+    if len(status.errors) > CHECKS_LIMIT or not all(error.code for error in status.errors):
+        raise WireError(f"a status with errors that are more than {CHECKS_LIMIT}, or without a code")
+    if status.fields:
+        if len(status.fields) > FIELDS_LIMIT:
+            raise WireError(f"a status with more than {FIELDS_LIMIT} fields")
+        _check_values("a status whose fields hold", status.fields)
 
 
 def check_event(agent: str, event: GoalEvent) -> GoalEvent:

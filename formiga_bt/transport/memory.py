@@ -30,6 +30,7 @@ from formiga_bt.transport.codec import (
     check_event,
     check_status,
     decode,
+    decode_card,
     encode,
     read_reply,
     serve_request,
@@ -132,7 +133,7 @@ class MemoryLink:
 
     def publish_card(self, card: AgentCard) -> None:
         """Announce the agent; a card announced before is replaced."""
-        self.card = decode(encode(card), AgentCard)
+        self.card = decode_card(encode(card))
         self.seen = True
         self._hub.show(self)
 

@@ -11,7 +11,14 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
-from formiga_bt.base.machines import Mobility
+from formiga_bt.transport.cards import WIRE, AgentCard, CardAction, CardField
+
+__all__ = [
+    "TERMINAL", "WIRE", "AgentCard", "AgentError", "AgentEvent", "AgentGone", "AgentLinkState", "AgentSeen", "AgentStatus",
+    "BadMessage", "CardAction", "CardField", "Clearance", "ClockBeat", "Control", "EventArrived", "GoalEvent", "GoalReported",
+    "GoalRequest", "GoalState", "Landed", "PreflightCheck", "QueryReplied", "SendFailed", "StatusArrived", "TransportEvent",
+    "to_wire",
+]  # fmt: skip
 
 Control = Literal["engine", "pilot", "failsafe", "unknown"]
 """Who is in command of an agent. Unless "engine", the engine sends that agent nothing but queries."""
@@ -36,28 +43,29 @@ TERMINAL: Final[frozenset[str]] = frozenset({"rejected", "succeeded", "failed", 
 """Goal states after which an agent sends no further event for the goal."""
 
 
-class AgentCard(Struct, frozen=True, kw_only=True):
-    """What an agent announces about itself once per start."""
-
-    id: str
-    type: str
-    boot_id: str
-    """Changes with every start of the agent's process: a changed one means earlier goals ended unknown."""
-    actions: tuple[str, ...]
-    mobility: Mobility = "air"
-    """How it moves; the catalogue's word counts where it knows the type."""
-    datum: Literal["local", "ellipsoid", "msl"] = "local"
-    limits: dict[str, float] = {}
-    """SI numbers by name, for example `speed_m_s`, `climb_m_s`."""
-    on_link_loss: Literal["return", "land", "hold"] = "return"
-
-
 class PreflightCheck(Struct, frozen=True):
     """One thing that an agent looks at before it flies: armable, home, gnss, control, storage, battery, ..."""
 
     check: str
     ok: bool
     text: str = ""
+
+
+class AgentError(Struct, frozen=True):
+    """Something that is wrong with an agent now, in its own words."""
+
+    code: str
+    """A snake_case word."""
+    text: str = ""
+    severity: Literal["info", "warning", "error"] = "error"
+
+
+class AgentLinkState(Struct, frozen=True):
+    """How good the agent finds its way to the engine."""
+
+    rtt_ms: float | None = None
+    loss: float | None = None
+    """Share of what is lost, 0..1."""
 
 
 class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}):
@@ -82,6 +90,19 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     wind_north_m_s: float | None = None
     checks: tuple[PreflightCheck, ...] = ()
     """What is and is not ready for a flight; a machine tells it while it stands on the ground."""
+    heading_deg: float | None = None
+    """Where it looks: true, clockwise from north."""
+    speed_m_s: float | None = None
+    altitude_m: float | None = None
+    """Its own height, by the `datum` of its card; `pose` counts from the ground at the base."""
+    floor: str = ""
+    """Of a building, for people: a site is one plane."""
+    charging: bool | None = None
+    link: AgentLinkState | None = None
+    errors: tuple[AgentError, ...] = ()
+    """What is wrong with it now."""
+    fields: dict[str, Any] = {}
+    """What its type says besides (`fields` of the catalogue), as wire values."""
     quality: float = 1.0
     """Trust in the pose, 0..1."""
     age_us: Micros = 0
@@ -98,6 +119,8 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     """The highest epoch that the agent accepted since its start; 0 = none yet, or an agent that does not report it."""
     epoch_ignored: int = 0
     """The newest epoch that it ignored because it was out of bounds; 0 = none."""
+    engine_id: str = ""
+    """The engine that it follows; empty: none yet."""
     last_goal: str = ""
     last_goal_state: str = ""
     """Last ended goal and its state: a lost result is found here."""
@@ -118,7 +141,10 @@ class GoalRequest(Struct, frozen=True, kw_only=True):
     action: str
     fields: dict[str, Any] = {}
     """Action fields as wire values: SI numbers, text, `{east_m, north_m}` places, `{.., up_m}` positions."""
+    engine_id: str = ""
+    """Which engine sent it; the same after its restart."""
     epoch: int = 0
+    """Which start of that engine."""
     beat: int = 0
     """The engine's heartbeat when the goal was sent."""
     ttl_beats: int = 10
@@ -180,6 +206,7 @@ class ClockBeat(Struct, frozen=True, kw_only=True):
     speed: float
     epoch: int
     beat: int
+    engine_id: str = ""
 
 
 # What a transport hands to the engine's inbox.

@@ -31,6 +31,7 @@ from formiga_bt.transport.codec import (
     check_size,
     check_status,
     decode,
+    decode_card,
     encode,
     read_reply,
 )
@@ -341,7 +342,7 @@ class ZenohTransport:
                     raise WireError(f"an event {told.event!r} came under the key of {raw.rest[3]!r}")
                 events.append(EventArrived(told))
             elif raw.kind == "card":
-                self._show(self._peer(agent, agent_type), check_card(agent, decode(raw.payload, AgentCard)), events)
+                self._show(self._peer(agent, agent_type), check_card(agent, decode_card(raw.payload)), events)
             elif raw.kind == "alive":
                 peer = self._peer(agent, agent_type)
                 peer.present = True
@@ -373,7 +374,7 @@ class ZenohTransport:
         if raw is None or peer is None or peer.deaths != ask.deaths:
             return
         try:
-            self._show(peer, check_card(ask.agent, decode(raw, AgentCard)), events)
+            self._show(peer, check_card(ask.agent, decode_card(raw)), events)
         except WireError as error:
             events.append(BadMessage(ask.agent, str(error)))
 

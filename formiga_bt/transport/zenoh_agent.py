@@ -79,7 +79,7 @@ class ZenohAgentLink:
         """
         if self._session is not None:
             raise TransportError("this link serves already")
-        for what, name in (("type", side.card.type), ("id", side.card.id), *(("action", a) for a in side.card.actions)):
+        for what, name in (("type", side.card.type), ("id", side.card.id), *(("action", a) for a in side.card.names)):
             check_name(f"agent {what}", name)
         session = open_session("peer", self._site, connect=[self._endpoint], lease_ms=self._lease_ms)
         self._session, self._side = session, side

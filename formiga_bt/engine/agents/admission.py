@@ -4,6 +4,7 @@
 |---|---|---|
 | `unknown_type` | the catalogue has no such type | its card names another, or the engine is started anew |
 | `other_type` | its card names another type than before, while the machine was in use | its next card |
+| `wire_version` | it speaks another version of the wire | its next card |
 | `datum` | its heights count from another ground than ours | its next card |
 | `unlisted` | the site is `real` and does not list it | the engine is started anew |
 | `no_port` | no port is free for it | its next card |
@@ -12,18 +13,21 @@ Asked at each card, and for each agent when the engine is started anew. A machin
 the site file no longer lists stays under our control in the air (`AgentRecord.refused_at_rest`).
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.base.machines import MOVING
+from formiga_bt.engine.agents.announced import refusals
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, QueryGoal
 from formiga_bt.engine.kernel.news import MustLeave
 from formiga_bt.engine.kernel.records import AgentRecord
-from formiga_bt.transport.messages import AgentCard
+from formiga_bt.transport.messages import WIRE, AgentCard
 
-TURNED_AWAY: Final = ("datum", "other_type", "unknown_type")
+TURNED_AWAY: Final = ("datum", "other_type", "unknown_type", "wire_version")
 """For these a machine that was admitted is quarantined at once, also in the air: where it would go cannot be said to it."""
 
 
@@ -43,13 +47,14 @@ class Admission:
         """Make the record of an agent that was never seen before."""
         core = self._core
         kind = core.catalogue.types.get(card.type)
-        refused, home = self.judge(card.id, card.type, datum=card.datum)
+        refused, home = self.judge(card.id, card.type, datum=card.datum, wire=card.wire)
         agent = AgentRecord(
             id=card.id,
             type=card.type,
             mobility=kind.mobility if kind else card.mobility,
             shared=kind.shared if kind else False,
             actions=self.known(card),
+            refused_actions=refusals(card, core.catalogue),
             on_link_loss="" if card.mobility not in MOVING else card.on_link_loss,
             limits=dict(card.limits),
             present=True,
@@ -64,12 +69,14 @@ class Admission:
         )
         core.emit(ch.AgentPut(agent))
         if refused:
-            core.effect(Alarm("not_admitted", f"{card.id} ({card.type}) is not admitted: {refused}", "", card.id))
+            text = f"{card.id} ({card.type}) is not admitted: {_in_words(refused, card)}"
+            core.effect(Alarm("not_admitted", text, "", card.id))
+        self._report_refusals(agent)
 
     def judge_anew(self, card: AgentCard) -> None:
         """A known agent announced itself again: what its card says may have been mended, or be wrong now."""
         core, agent = self._core, self._core.state.agents[card.id]
-        refused, home = self.judge(card.id, card.type, home=agent.home, datum=card.datum)
+        refused, home = self.judge(card.id, card.type, home=agent.home, datum=card.datum, wire=card.wire)
         if card.type != agent.type and not self._retype(agent, card):
             refused = "other_type"
         agent = core.state.agents[card.id]
@@ -117,7 +124,8 @@ class Admission:
         core = self._core
         for agent in list(core.state.agents.values()):
             datum = "other" if agent.refused == "datum" else "local"
-            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum)
+            wire = 0 if agent.refused == "wire_version" else WIRE
+            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum, wire=wire)
             if agent.refused == "other_type" and refused in ("", "unlisted", "no_port"):
                 refused = "other_type"
             used = not agent.refused and self.is_in_use(agent)
@@ -142,7 +150,9 @@ class Admission:
             self._core.put_agent(agent_id, refused=agent.refused_at_rest, refused_at_rest="")
 
     # -- the judgement -----------------------------------------------------------------------------------------------
-    def judge(self, agent_id: str, type_name: str, *, home: str = "", datum: str = "local") -> tuple[str, str]:
+    def judge(
+        self, agent_id: str, type_name: str, *, home: str = "", datum: str = "local", wire: int = WIRE
+    ) -> tuple[str, str]:
         """Return why an agent is not admitted, or "", and the port that is, or would be, its own.
 
         Args:
@@ -150,6 +160,7 @@ class Admission:
             type_name: as its card says.
             home: its port until now; it keeps it unless the site gives it to another, or has it no more.
             datum: as its card says.
+            wire: as its card says.
         """
         core = self._core
         kind, listed = core.catalogue.types.get(type_name), core.site.agents.get(agent_id)
@@ -161,6 +172,8 @@ class Admission:
             home = listed.home
         elif home not in core.site.ports or home in [one.home for one in core.site.agents.values()]:
             home = self._free_port(agent_id)
+        if wire != WIRE:
+            return "wire_version", home
         if datum != "local":
             return "datum", home
         if listed is None and core.site.mode == "real":
@@ -173,12 +186,31 @@ class Admission:
         return next((name for name in self._core.site.ports if name not in taken), "")
 
     def known(self, card: AgentCard) -> tuple[str, ...]:
-        """Return what an agent announces that its type has."""
+        """Return what an agent announces that its type has, and that does not contradict the catalogue."""
         kind = self._core.catalogue.types.get(card.type)
-        return tuple(action for action in card.actions if kind is None or action in kind.actions)
+        refused = refusals(card, self._core.catalogue)
+        return tuple(one for one in card.names if (kind is None or one in kind.actions) and one not in refused)
+
+    def take_refusals(self, card: AgentCard) -> None:
+        """A known agent announced itself again: note what of its card cannot be used, and report what is new of that."""
+        core = self._core
+        agent, now = core.state.agents[card.id], refusals(card, core.catalogue)
+        if now != agent.refused_actions:
+            self._report_refusals(core.put_agent(card.id, refused_actions=now), but=agent.refused_actions)
+
+    def _report_refusals(self, agent: AgentRecord, but: Mapping[str, str] = MappingProxyType({})) -> None:
+        for name, why in agent.refused_actions.items():
+            if but.get(name) != why:
+                self._core.effect(Alarm("action_refused", f"{agent.id}: {name} is refused: {why}", "", agent.id))
 
     def is_in_use(self, agent: AgentRecord) -> bool:
         """Return whether a machine does something for us, or may be in the air: it is not let go of then."""
         goals = any(not goal.ended for goal in self._core.index.goals_of(agent.id))
         ordered = agent.id in self._core.state.orders
         return bool(agent.task) or goals or ordered or agent.may_be_airborne
+
+
+def _in_words(refused: str, card: AgentCard) -> str:
+    if refused != "wire_version":
+        return refused
+    return f"{refused}: it speaks version {card.wire} of the wire, this engine {WIRE}"

@@ -17,6 +17,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m, horizontal_m
 from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
+from formiga_bt.engine.agents.own_fields import take_fields
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
 from formiga_bt.engine.agents.repeats import Repeats
 from formiga_bt.engine.goals import epochs
@@ -70,6 +71,7 @@ class Fleet:
             if old.boot_id and old.boot_id != card.boot_id:
                 self._rebooted(old, card.boot_id, wall)
             self._admission.judge_anew(card)
+            self._admission.take_refusals(card)
             core.put_agent(
                 card.id,
                 present=True,
@@ -104,7 +106,7 @@ class Fleet:
         """
         core = self._core
         agent = core.state.agents.get(status.id)
-        if agent is None or agent.refused in ("unknown_type", "other_type", "unlisted"):
+        if agent is None or agent.refused in ("unknown_type", "other_type", "unlisted", "wire_version"):
             return
         before = agent
         if not agent.flies and status.landed != "grounded":  # it knows nothing of flight
@@ -142,6 +144,11 @@ class Fleet:
             payload_kg=status.payload_kg,
             wind=_wind(status),
             checks=status.checks,
+            heading_deg=status.heading_deg,
+            speed_m_s=status.speed_m_s,
+            floor=status.floor,
+            charging=status.charging,
+            errors=status.errors,
             boot_id=status.boot_id or agent.boot_id,
             seq=status.seq,
             stamp=status.stamp,
@@ -149,11 +156,14 @@ class Fleet:
             stray_wall=0,
             epoch=status.epoch,
             epoch_ignored=status.epoch_ignored,
+            engine_id=status.engine_id,
             heard_at=core.now,
             heard_wall=wall or agent.heard_wall,
             rebooted=agent.rebooted and not (status.landed == "airborne" and status.control == "engine"),
             bad=0,
         )
+        if status.fields or agent.fields or agent.refused_fields:
+            take_fields(core, agent, status)
         self._mark_alive(agent.id, wall)
         self._clearances.review(agent.id)
         self._take_back(agent.id, wall)

@@ -22,7 +22,21 @@ HEARD: Final = ("seq", "stamp", "heard_at", "heard_wall")
 """Fields of an agent's record that a repeated status changes."""
 
 PASSED_OVER: Final = frozenset(
-    {"id", "seq", "stamp", "beat", "age_us", "quality", "lat", "lng", "task_id", "action_name", "last_goal_state"}
+    {
+        "id",
+        "seq",
+        "stamp",
+        "beat",
+        "age_us",
+        "quality",
+        "lat",
+        "lng",
+        "task_id",
+        "action_name",
+        "last_goal_state",
+        "altitude_m",
+        "link",
+    }
 )
 """Fields of a status that differ from one to the next, or that the engine does not read."""
 
@@ -73,7 +87,7 @@ class Repeats:
         if not (now.human or (now.landed == "grounded" and now.control == "engine")):
             return
         trusted = now.present and now.liveness == "ALIVE" and now.pool != "QUARANTINED" and not now.quarantine
-        if not trusted or now.refused or now.refused_at_rest:
+        if not trusted or now.refused or now.refused_at_rest or now.refused_fields:
             return
         if replace(before, **{name: getattr(now, name) for name in HEARD}) == now:
             self._last[now.id] = now, _said(status)

@@ -107,6 +107,7 @@ class RealtimeDriver:
         transports: the wires.
         speed: engine seconds per wall second, above 0 and at most 20.
         epoch: of this start of the engine on its site.
+        engine_id: which engine this is, the same after a restart; agents keep to it.
         listeners: called in the driver's thread after each step is persisted; they must only enqueue.
         persist: keeps steps before their effects leave.
         first: the engine's first input; by default `Started`.
@@ -121,6 +122,7 @@ class RealtimeDriver:
         *,
         speed: float = 1.0,
         epoch: int = 1,
+        engine_id: str = "",
         listeners: Sequence[Listener] = (),
         persist: Persist | None = None,
         first: inp.Input | None = None,
@@ -130,7 +132,8 @@ class RealtimeDriver:
         _check_speed(speed)
         assert speed == 1.0 or not follows_wall, "a clock that follows the wall clock has no speed"
         self.engine = engine
-        self.switchboard = Switchboard(transports)
+        self.switchboard = Switchboard(transports, engine_id)
+        engine.core.engine_id = self._engine_id = engine_id
         self.listeners = list(listeners)
         self.error: BaseException | None = None
         self._persist = persist
@@ -574,6 +577,7 @@ class RealtimeDriver:
             speed=self.clock.rate,
             epoch=self._epoch,
             beat=self._beat,
+            engine_id=self._engine_id,
         )
         for transport in self.switchboard.transports:
             transport.publish_clock(beat)

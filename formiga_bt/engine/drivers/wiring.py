@@ -31,9 +31,15 @@ def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros) -> inp.Inpu
 
 
 class Switchboard:
-    """Knows which transport has which agent, and carries out effects."""
+    """Knows which transport has which agent, and carries out effects.
 
-    def __init__(self, transports: Sequence[AgentTransport]) -> None:
+    Args:
+        transports: the wires.
+        engine_id: which engine this is, for goals.
+    """
+
+    def __init__(self, transports: Sequence[AgentTransport], engine_id: str = "") -> None:
+        self._engine_id = engine_id
         self.transports = list(transports)
         self._of: dict[str, AgentTransport] = {}
         self._hearing = {id(one): one for one in self.transports if isinstance(one, Hearing)}
@@ -92,6 +98,7 @@ class Switchboard:
             agent=effect.agent,
             action=effect.action,
             fields=effect.fields,
+            engine_id=self._engine_id,
             epoch=effect.epoch,
             beat=beat,
             ttl_beats=effect.ttl_beats,

@@ -32,10 +32,25 @@ IGNORES_US = (
 )
 
 
+OTHER = (
+    "{agent} follows another engine ({other}); this one is {own}. It takes no goal from here before it has heard nothing of"
+    " the other for 30 s. A site is served by one engine: look for a second formiga up, on other machines too"
+)
+
+
+def is_foreign(core: Core, status: AgentStatus) -> bool:
+    """Return whether an agent follows an engine of another identity: its epochs are counted by that one."""
+    return bool(status.engine_id) and bool(core.engine_id) and status.engine_id != core.engine_id
+
+
 def heard(core: Core, agent: AgentRecord, status: AgentStatus) -> None:
     """Take what a status says of epochs. `agent` is its record from before."""
     own = core.state.epoch
-    if status.epoch > own:
+    if is_foreign(core, status):
+        if status.engine_id != agent.engine_id:
+            text = OTHER.format(agent=agent.id, other=status.engine_id, own=core.engine_id)
+            core.effect(Alarm("other_engine", text, agent.task, agent.id))
+    elif status.epoch > own:
         depose(core, agent.id, status.epoch)
     if status.epoch_ignored and status.epoch_ignored != agent.epoch_ignored:
         text = IGNORES_US if status.epoch_ignored == own else IGNORED

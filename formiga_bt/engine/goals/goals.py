@@ -408,10 +408,15 @@ def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str
     Raises:
         KeyError, TypeError, ValueError: a field is of another type, or a number of it out of bounds.
     """
-    return {name: _read(kind, raw[name]) for name, kind in types.items() if name in raw}
+    return {name: read_value(kind, raw[name]) for name, kind in types.items() if name in raw}
 
 
-def _read(kind: Type, raw: Any) -> Any:
+def read_value(kind: Type, raw: Any) -> Any:
+    """Return a value of the wire as a runtime value.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is of another type, or a number out of bounds.
+    """
     match kind.name:
         case "place":
             return Place(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST))
@@ -425,7 +430,7 @@ def _read(kind: Type, raw: Any) -> Any:
             return msgspec.convert(raw, str)
         case "list":
             assert kind.item is not None
-            return tuple(_read(kind.item, item) for item in msgspec.convert(raw, list))
+            return tuple(read_value(kind.item, item) for item in msgspec.convert(raw, list))
         case "any" | "record":
             if fault := fault_of(raw):
                 raise ValueError(fault)

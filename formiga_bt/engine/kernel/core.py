@@ -81,6 +81,8 @@ class Core:
         self.report = report
         """Reports what concerns a part that is built later (`engine.news`)."""
         self.site = site
+        self.engine_id = ""
+        """Which engine this is, as its driver was told; "": it has no name."""
         self.catalogue = catalogue
         self.models = tasks if isinstance(tasks, Bundles) else Bundles(tasks)
         self.library = Library(state, tasks, self.models)

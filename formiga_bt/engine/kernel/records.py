@@ -17,7 +17,7 @@ from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served, TaskOutcome
 from formiga_bt.safety.traffic import TakenArea
-from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
+from formiga_bt.transport.messages import AgentError, Clearance, Control, Landed, PreflightCheck
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
 Priority = Literal["low", "medium", "high"]
@@ -397,6 +397,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     mobility: Mobility = "air"
     shared: bool = False
     actions: tuple[str, ...] = ()
+    refused_actions: dict[str, str] = {}
+    """What of its card cannot be used (actions by name), and why (`engine.agents.announced`)."""
     present: bool = False
     """Its presence token stands."""
     liveness: Liveness = "LOST"
@@ -427,6 +429,16 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     wind: tuple[float, float] | None = None
     """East and north, m/s, where it blows to, as the machine feels it."""
     checks: tuple[PreflightCheck, ...] = ()
+    heading_deg: float | None = None
+    speed_m_s: float | None = None
+    floor: str = ""
+    charging: bool | None = None
+    errors: tuple[AgentError, ...] = ()
+    """What is wrong with it, in its own words."""
+    fields: dict[str, Any] = {}
+    """What its type says besides, as runtime values of the catalogue's types."""
+    refused_fields: dict[str, str] = {}
+    """Fields of its newest status that are not of their types, and why."""
     on_link_loss: str = ""
     limits: dict[str, float] = {}
     """What it announces of itself, SI by name; its type's numbers hold for the rest."""
@@ -455,6 +467,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The engine's epoch that it follows, as it says; 0: it does not say."""
     epoch_ignored: int = 0
     """The newest epoch that it ignored because it is out of bounds."""
+    engine_id: str = ""
+    """The engine that it follows, as it says."""
     heard_at: Micros = 0
     """Engine time of arrival of the newest status."""
     heard_wall: Micros = 0

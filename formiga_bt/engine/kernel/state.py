@@ -378,7 +378,7 @@ def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None =
         was: tuple[Any, ...] = (_NEVER,) * len(_SHOWN)
     else:
         was = _shown(old)
-        if now == was and is_member(agent) == is_member(old):
+        if now == was and agent.fields == old.fields and is_member(agent) == is_member(old):
             return
     root = f"/fleet/{agent.type}/{agent.id}"
     member = is_member(agent)
@@ -388,6 +388,10 @@ def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None =
         board.put(key, board.get(key, 0) + (1 if member else -1))
     for name, value, before in zip(_SHOWN, now, was, strict=True):
         if value is not before:
+            board.put(f"{root}/{name}", value)
+    known: dict[str, Any] = old.fields if old is not None and old.type == agent.type else {}
+    for name in {**known, **agent.fields} if agent.fields is not known else ():
+        if (value := agent.fields.get(name)) != known.get(name):
             board.put(f"{root}/{name}", value)
 
 

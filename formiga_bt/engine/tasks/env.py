@@ -111,7 +111,7 @@ class TaskEnv:
             case "home":
                 port = self._core.site.ports.get(agent.home)
                 return port.at if port else None
-        raise AssertionError(f"agents have no field {name}")
+        return agent.fields.get(name)  # of its type's own
 
     def members(self, agent_type: str) -> tuple[AgentRef, ...]:
         """Return the agents of a type that are there (see `lang.model.Env`)."""

@@ -4,7 +4,7 @@ Built by the loader as it walks a task; read by the expression checker. Scopes a
 addition returns a new one.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
 
@@ -69,16 +69,18 @@ def _site_type(site: Site | None) -> Type:
     )
 
 
-def fields_of(type_: Type, agent_types: Collection[str]) -> dict[str, Type] | None:
+def fields_of(type_: Type, agent_types: Mapping[str, AgentType]) -> dict[str, Type] | None:
     """Return what may be read of a value with a dot: nothing that is known of `any`; None for a type without fields.
 
     Args:
         type_: of the value.
-        agent_types: the names of all agent types, when known.
+        agent_types: all agent types, when known.
     """
     match type_.name:
         case "agent":
-            return {**AGENT_FIELDS, "type": enum_of(*agent_types)} if agent_types else dict(AGENT_FIELDS)
+            if not agent_types:
+                return dict(AGENT_FIELDS)
+            return {**AGENT_FIELDS, "type": enum_of(*agent_types), **_own_fields(type_, agent_types)}
         case "place":
             return dict(PLACE_FIELDS)
         case "position":
@@ -90,6 +92,15 @@ def fields_of(type_: Type, agent_types: Collection[str]) -> dict[str, Type] | No
         case "names":
             return dict.fromkeys(type_.values, type_.item or ANY)
     return None
+
+
+def _own_fields(type_: Type, agent_types: Mapping[str, AgentType]) -> dict[str, Type]:
+    """Return the fields that every type which an agent may have declares, alike."""
+    kinds = [agent_types[name] for name in type_.of if name in agent_types]
+    if not kinds:
+        return {}
+    first, *others = kinds
+    return {name: of for name, of in first.fields.items() if all(one.fields.get(name) == of for one in others)}
 
 
 OUTSIDE: Final = ("base", "site")

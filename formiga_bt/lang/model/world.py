@@ -79,6 +79,8 @@ class AgentType(Struct, frozen=True):
     land_ref: str = ""
     events: Mapping[str, Mapping[str, Type]] = field(default_factory=dict)
     """What it tells of itself, apart from any goal: event -> its fields."""
+    fields: Mapping[str, Type] = field(default_factory=dict)
+    """What its statuses say besides, by name: read as `door.open`."""
     shared: bool = False
     """Several tasks may address it at once, and none holds it: people, and what says so."""
     limits: Mapping[str, float] = field(default_factory=dict)

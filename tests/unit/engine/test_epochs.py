@@ -74,3 +74,17 @@ def test_an_agent_that_ignores_this_very_engine_is_told(make: Make, wording: Wor
 )
 def test_the_next_start_takes_what_most_agents_accept(own: int, reported: list[int], taken: int) -> None:
     assert next_epoch(own, reported) == taken
+
+
+def test_an_agent_that_follows_another_engine_does_not_depose_this_one_and_is_told_once(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    yard.engine.core.engine_id = "mine"
+    for beat in range(1, 4):
+        yard.cart.side.on_clock(
+            ClockBeat(wall_us=yard.now, engine_us=yard.now, speed=1.0, epoch=900, beat=beat, engine_id="theirs")
+        )
+        yard.run_for(2)
+    assert not told(yard, "deposed")
+    (text,) = told(yard, "other_engine")
+    assert "theirs" in text
+    assert "mine" in text

@@ -412,3 +412,54 @@ def test_the_body_tells_of_wind_and_checks(agent: Agent) -> None:
     agent.side.publish_status(wind_east_m_s=3.0, wind_north_m_s=-1.0, checks=checks)
     status = agent.link.statuses[-1]
     assert (status.wind_east_m_s, status.wind_north_m_s, status.checks) == (3.0, -1.0, checks)
+
+
+# -- one engine -------------------------------------------------------------------------------------------------------
+def hears(agent: Agent, engine: str, beat: int, epoch: int = 5) -> None:
+    agent.side.on_clock(ClockBeat(wall_us=0, engine_us=0, speed=1.0, epoch=epoch, beat=beat, engine_id=engine))
+
+
+def test_an_agent_keeps_to_the_first_engine_that_says_its_name(agent: Agent) -> None:
+    hears(agent, "one", 1)
+    hears(agent, "two", 900, epoch=9)
+    assert (agent.side.epoch, agent.side.beat, agent.side.status.engine_id) == (5, 1, "one")
+    assert agent.goal("g", engine_id="two", epoch=9, beat=900).code == "other_engine"
+    assert [one.state for one in agent.side.on_query(("g",))] == ["unknown"], (
+        "the engine that it follows may use this id"
+    )
+    assert agent.goal("g", engine_id="one", epoch=5, beat=1).state == "accepted"
+    assert agent.body.started == ["g"]
+
+
+def test_its_engine_is_the_same_after_a_restart_with_a_higher_epoch(agent: Agent) -> None:
+    hears(agent, "one", 40)
+    hears(agent, "one", 1, epoch=6)
+    assert (agent.side.epoch, agent.side.beat) == (6, 1)
+
+
+def test_another_engine_is_followed_after_30_s_of_silence_with_its_own_count_of_epochs(agent: Agent) -> None:
+    hears(agent, "one", 400, epoch=70)
+    agent.time = 29 * SECOND
+    hears(agent, "two", 1, epoch=1)
+    assert agent.side.engine_id == "one"
+    agent.time = 30 * SECOND
+    hears(agent, "two", 2, epoch=1)
+    assert (agent.side.engine_id, agent.side.epoch, agent.side.beat) == ("two", 1, 2)
+    assert agent.goal("g", engine_id="one", epoch=70, beat=400).code == "other_engine"
+    assert agent.goal("g", engine_id="two", epoch=1, beat=2).state == "accepted"
+
+
+def test_beats_of_another_engine_are_no_sign_of_life_of_its_own(agent: Agent) -> None:
+    hears(agent, "one", 1)
+    agent.goal("g", engine_id="one", epoch=5, beat=1, link_silence_s=10.0)
+    for second in range(1, 12):
+        agent.time = second * SECOND
+        hears(agent, "two", second)
+    assert agent.side.is_cut_off
+
+
+def test_a_message_without_an_engines_name_counts_as_its_own(agent: Agent) -> None:
+    hears(agent, "one", 1)
+    hears(agent, "", 2)
+    assert agent.side.beat == 2
+    assert agent.goal("g", epoch=5, beat=2).state == "accepted"

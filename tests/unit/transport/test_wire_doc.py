@@ -18,8 +18,12 @@ from formiga_bt.transport.codec import CancelRequest, GoalsReply, GoalsRequest
 from formiga_bt.transport.desk import ConfirmFields
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentError,
     AgentEvent,
+    AgentLinkState,
     AgentStatus,
+    CardAction,
+    CardField,
     Clearance,
     ClockBeat,
     Control,
@@ -47,6 +51,14 @@ STATUS = AgentStatus(
     wind_east_m_s=3.0,
     wind_north_m_s=-1.5,
     checks=(PreflightCheck("home", True, "0 E 20 N"), PreflightCheck("storage", False, "the card is full")),
+    heading_deg=271.5,
+    speed_m_s=7.9,
+    altitude_m=181.2,
+    charging=False,
+    link=AgentLinkState(rtt_ms=12.5, loss=0.0),
+    errors=(AgentError("lamp", "the lamp does not answer", "warning"),),
+    fields={"parachute": True},
+    engine_id="7c1e66f0",
     age_us=40_000,
     boot_id="hwd_1@65a1",
     seq=412,
@@ -58,21 +70,29 @@ STATUS = AgentStatus(
 DONE = GoalEvent(
     goal_id="PickUp-12/0/steps/steps[1]", agent="hwd_1", state="succeeded", n=7, result={"found": 3}, status=STATUS
 )
+TO = CardField(type="position", help="Where to hover.")
+SPEED = CardField(type="speed", unit="m/s", optional=True, min=0.5, max=20.0)
 EXAMPLES: dict[str, Struct] = {
     "AgentCard": AgentCard(
         id="hwd_1",
         type="hwd",
         boot_id="hwd_1@65a1",
-        actions=("TakeOff", "GoTo", "LandIn"),
+        actions=("TakeOff", "LandIn", CardAction(name="GoTo", fields={"to": TO, "speed": SPEED}, moves_to="to")),
         limits={"speed_m_s": 10.0, "climb_m_s": 3.0},
+        events={"geofence": {"side": CardField(type="enum", values=("in", "out"))}},
+        fields={"parachute": CardField(type="bool")},
+        software="px4-bridge 1.14",
     ),
+    "CardAction": CardAction(name="GoTo", fields={"to": TO, "speed": SPEED}, moves_to="to", typical_s=60.0),
+    "CardField": SPEED,
     "AgentStatus": STATUS,
     "PreflightCheck": PreflightCheck("gnss", True, "14 satellites"),
     "GoalRequest": GoalRequest(
         goal_id="PickUp-12/0/steps/steps[1]",
         agent="hwd_1",
         action="GoTo",
-        fields={"to": to_wire(Position(180.0, 90.0, 60.0)), "speed_m_s": 8.0},
+        fields={"to": to_wire(Position(180.0, 90.0, 60.0)), "speed": 8.0},
+        engine_id="7c1e66f0",
         epoch=4,
         beat=724,
         clearance=Clearance("watcher_1", T0),
@@ -92,7 +112,9 @@ EXAMPLES: dict[str, Struct] = {
             GoalEvent(goal_id="PickUp-12/0/steps/steps[2]", agent="hwd_1", state="unknown"),
         ),
     ),
-    "ClockBeat": ClockBeat(wall_us=T0 + 500_000, engine_us=T0 + 12_000_000, speed=1.0, epoch=4, beat=731),
+    "ClockBeat": ClockBeat(
+        wall_us=T0 + 500_000, engine_us=T0 + 12_000_000, speed=1.0, epoch=4, beat=731, engine_id="7c1e66f0"
+    ),
     "ConfirmFields": ConfirmFields(
         question="Is the crate loaded?",
         options=("not_yet", "loaded"),
