@@ -14,7 +14,7 @@ import msgspec
 from msgspec import Struct
 
 from agents_sim.lines import Disk, Lines
-from agents_sim.pacing import PacedSide
+from formiga_bt.agent.pacing import PacedSide
 from formiga_bt.base.clock import Micros
 from formiga_bt.transport.base import AgentBody
 from formiga_bt.transport.messages import TERMINAL, GoalRequest, GoalState

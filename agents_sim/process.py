@@ -7,8 +7,6 @@ process also listens to where the drones fly, for the tracker.
 Called by `__main__`.
 """
 
-import os
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -21,31 +19,17 @@ from agents_sim.goalbook import BookedBody, BookedSide, GoalBook
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
 from agents_sim.lines import Disk
 from agents_sim.motion import BodyState
-from agents_sim.pacing import PacedScheduler
 from agents_sim.person import MINI_FINDER
 from agents_sim.spec import AgentSpec, build_body, build_card, drone_limits
-from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.agent.pacing import PacedScheduler
+from formiga_bt.agent.pulse import Pulse, new_boot_id
+from formiga_bt.base.clock import SECOND, Micros, monotonic_us, wall_clock_us
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink, ZenohObserver
 
-STATUS_EVERY_US: Final[Micros] = SECOND // 2
 SAVE_EVERY_US: Final[Micros] = SECOND // 5
 """How far behind the file may be of a drone that moves (wall time)."""
-STANDSTILL_US: Final[Micros] = SECOND
-"""A loop that was away for longer stood still (frozen, or a machine under load)."""
-LONGEST_WAIT_S: Final = 0.2
-"""After a signal the loop goes on within this."""
-
-
-def wall_us() -> Micros:
-    """Return a clock that never goes back, in microseconds."""
-    return time.monotonic_ns() // 1000
-
-
-def calendar_us() -> Micros:
-    """Return the wall clock's time since 1970 in microseconds; it outlives the process."""
-    return time.time_ns() // 1000
 
 
 class Radar:
@@ -110,13 +94,12 @@ class AgentProcess:
             disk = Disk(spec.id)
             self._file, self._ledger = BodyFile(state_dir, spec.id, disk), Ledger(state_dir, spec.id, disk)
             saved = self._file.load()
-        start, speed = calendar_us(), 1.0
+        start, speed = wall_clock_us(), 1.0
         if saved is not None:
             start = saved.engine_us + round(max(0, start - saved.wall_us) * saved.speed)
             speed = saved.speed
-        self.scheduler = PacedScheduler(wall_us, start, speed)
+        self.scheduler = PacedScheduler(monotonic_us, start, speed)
         self._dirty = False
-        self._looked_at: Micros = 0
         self._newest: Note | None = None
         self._link = ZenohAgentLink(site, connect=connect)
         # Before the body: already its first motion is noted, and dropped for want of engine time.
@@ -127,12 +110,11 @@ class AgentProcess:
         radar = Radar(ZenohObserver(site, connect=connect), self.scheduler.now)
         self.body = build_body(spec, self.scheduler, recorder=notes, state=state, sight=radar.flying)
         self._radar = radar if MINI_FINDER in self.body.actions else None
-        self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, wall_us)
-        boot_id = f"{spec.id}-{calendar_us():x}-{os.getpid()}"
+        self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, monotonic_us)
         self._book = GoalBook(state_dir, spec.id, self.scheduler.now, disk) if state_dir is not None else None
         front = self._front if self._book is None else BookedBody(self._front, self._book)
         self.side = BookedSide(
-            build_card(spec, self.body, boot_id), front, self._faulty, self.scheduler, self._follow_jump
+            build_card(spec, self.body, new_boot_id(spec.id)), front, self._faulty, self.scheduler, self._follow_jump
         )
         self.side.book = self._book
         self.body.attach(self.side)
@@ -147,28 +129,18 @@ class AgentProcess:
             self._link.serve(self.side)
             self.body.resume()
             self._save()
-            next_status = next_save = self._looked_at = wall_us()
+            pulse = Pulse(self.side, self.scheduler, self._report, self._watch_link)
+            next_save = monotonic_us()
             while not is_stopping():
-                self.scheduler.run_due()
                 for order in orders():
                     self._obey(order)
                 self._faulty.flush()
-                now = wall_us()
-                self._watch_link(now)
-                if now >= next_status:
-                    if self._radar is not None:
-                        self._radar.listen()
-                    self.body.report()
-                    self._dirty = True  # never found behind where it was last reported
-                    if self._newest is not None:
-                        self._link.publish_extra("motion", self._newest)  # for a referee that came late
-                    self._write_what_waits()
-                    next_status = max(next_status + STATUS_EVERY_US, now)
+                wait_s = pulse.turn()
+                now = monotonic_us()
                 if self._dirty or now >= next_save:
                     self._save()
                     next_save = now + SAVE_EVERY_US
-                wait_s = min(LONGEST_WAIT_S, max(0.0, (min(next_status, next_save) - wall_us()) / SECOND))
-                self._link.pump(self.scheduler.wait_s(wait_s))
+                self._link.pump(min(wait_s, max(0.0, (next_save - monotonic_us()) / SECOND)))
         finally:
             self._save()
             if self._radar is not None:
@@ -185,10 +157,16 @@ class AgentProcess:
         else:
             obey(order, self.body, self._front, self._faulty)
 
-    def _watch_link(self, now: Micros) -> None:
-        stood_still, self._looked_at = now - self._looked_at > STANDSTILL_US, now
-        if stood_still:
-            self.side.excuse_silence()  # what was said meanwhile is yet to be heard
+    def _report(self) -> None:
+        if self._radar is not None:
+            self._radar.listen()
+        self.body.report()
+        self._dirty = True  # never found behind where it was last reported
+        if self._newest is not None:
+            self._link.publish_extra("motion", self._newest)  # for a referee that came late
+        self._write_what_waits()
+
+    def _watch_link(self) -> None:
         if isinstance(self.body, Drone):
             self.body.watch_link()
 
@@ -214,5 +192,5 @@ class AgentProcess:
         self._dirty = False
         if self._file is not None:
             now = self.scheduler.now()
-            saved = Saved(body=self.body.state(), engine_us=now, wall_us=calendar_us(), speed=self.scheduler.speed)
+            saved = Saved(body=self.body.state(), engine_us=now, wall_us=wall_clock_us(), speed=self.scheduler.speed)
             self._file.save(saved)

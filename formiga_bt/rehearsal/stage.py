@@ -13,10 +13,9 @@ from typing import Final, Self
 import msgspec
 
 from agents_sim.launch import FleetProcesses
-from agents_sim.pacing import PacedScheduler
-from agents_sim.process import calendar_us, wall_us
 from agents_sim.referee import Verdict
-from formiga_bt.base.clock import SECOND
+from formiga_bt.agent.pacing import PacedScheduler
+from formiga_bt.base.clock import SECOND, monotonic_us, wall_clock_us
 from formiga_bt.base.errors import FormigaError, TransportError
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
 from formiga_bt.rehearsal.simulation import Timetable, play, specs_of
@@ -45,7 +44,7 @@ class Stage:
         self._connect = connect
         self._ask = ask
         self._table = Timetable(scenario)
-        self._clock = PacedScheduler(wall_us, calendar_us(), scenario.speed)
+        self._clock = PacedScheduler(monotonic_us, wall_clock_us(), scenario.speed)
         self._observer = ZenohObserver(self._site, connect=connect)
         self._folder = tempfile.TemporaryDirectory(prefix="formiga-sim-")
         self._down: set[str] = set()

@@ -195,31 +195,43 @@ _NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 
 
 def command(
-    name: Annotated[str, typer.Argument(help="The task's name, CamelCase.", metavar="NAME")],
+    name: Annotated[str, typer.Argument(help="The task's name, CamelCase; or `agent`.", metavar="NAME")],
+    file: Annotated[
+        str,
+        typer.Argument(help="After `agent`: its Python file, such as rover.py.", metavar="FILE", show_default=False),
+    ] = "",
     kind: Annotated[StartKind, typer.Option(help="What it does.")] = StartKind.survey,
     folder: Annotated[
         Path | None, typer.Option("--in", help="The folder. Default: trees/ if there is one, else this.", metavar="DIR")
     ] = None,
 ) -> None:
-    """Make a task file to start from. It checks without a warning and flies in `formiga dryrun`.
+    """Make a task file to start from: it checks without a warning and flies in `formiga dryrun`. Or an agent of your own.
 
-    Exit code 2: the name cannot be one, or the file is there already.
+    `formiga new agent rover.py` makes a machine in Python, a task that sends it its first goal, and what of the catalogue and
+    the site is not there yet. Exit code 2: the name cannot be one, or the file is there already.
     """
+    if name == "agent" or file:
+        from formiga_bt.cli.author import new_agent
+
+        if name != "agent" or not file:
+            raise UnusableFile("name the agent's Python file", help="such as: formiga new agent rover.py")
+        new_agent.make(file, folder)
+        return
     if not _NAME.fullmatch(name):
         words = re.findall(r"[A-Za-z0-9]+", name)
         meant = "".join(word[:1].upper() + word[1:] for word in words)
         hint = f"; such as: {meant}" if _NAME.fullmatch(meant) else "; such as: LookAround"
         raise UnusableFile(f"a task's name is CamelCase, this is '{name}'{hint}")
     place = folder if folder is not None else Path("trees") if Path("trees").is_dir() else Path()
-    file = place / f"{re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', name).lower()}.yaml"
+    path = place / f"{re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', name).lower()}.yaml"
     what, given, body = KINDS[kind.value]
     try:
         place.mkdir(parents=True, exist_ok=True)
-        with file.open("x", encoding="utf-8") as new:
-            new.write(HEAD.format(what=what, file=file, given=given, name=name) + body)
+        with path.open("x", encoding="utf-8") as new:
+            new.write(HEAD.format(what=what, file=path, given=given, name=name) + body)
     except FileExistsError as error:
-        raise UnusableFile(f"{file} is there already; nothing was changed", help="choose another name") from error
+        raise UnusableFile(f"{path} is there already; nothing was changed", help="choose another name") from error
     except OSError as error:
-        raise UnusableFile(f"cannot write {file}: {error.strerror or error}") from error
-    typer.echo(f"made {file}")
-    show_next(f"formiga check {file}", f"formiga dryrun {file}{given}")
+        raise UnusableFile(f"cannot write {path}: {error.strerror or error}") from error
+    typer.echo(f"made {path}")
+    show_next(f"formiga check {path}", f"formiga dryrun {path}{given}")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from agents_sim.goalbook import BookedBody, BookedSide, GoalBook, read_books
-from agents_sim.pacing import PacedScheduler
+from formiga_bt.agent.pacing import PacedScheduler
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
 
 CARD = AgentCard(id="d", type="lwd", boot_id="b", actions=("GoTo",))

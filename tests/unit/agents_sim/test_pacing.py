@@ -1,6 +1,6 @@
 """Engine time of a process: wall time x speed, small corrections, jumps that take timers along."""
 
-from agents_sim.pacing import PacedScheduler
+from formiga_bt.agent.pacing import PacedScheduler
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.transport.messages import ClockBeat
 

@@ -2,7 +2,7 @@
 
 Why not the wall clock: at speed 10 a drone must fly ten times as fast. Why own timers: a call runs at exactly its
 instant of engine time (`now()` inside it is the time it was due), so that motion is as exact as in virtual time, and a
-jump of engine time (an engine that starts, or starts again) takes all timers along. Used by `__main__`, one thread.
+jump of engine time (an engine that starts, or starts again) takes all timers along. For one thread.
 """
 
 import heapq

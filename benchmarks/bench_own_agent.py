@@ -1,0 +1,208 @@
+"""What an agent of one's own costs: its lines, the time to its first goal, and each goal beside plain Zenoh.
+
+Both agents are processes that a bare engine's end of the wire sends goals to, one after the other. The plain one answers
+with what it has written beforehand and keeps none of the rules of `docs/wire.md`: the ratio is their price, and asyncio's.
+
+    python benchmarks/bench_own_agent.py [--goals N] [--rounds N]
+"""
+
+import argparse
+import contextlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+from formiga_bt.base.clock import SECOND
+from formiga_bt.transport.messages import (
+    TERMINAL,
+    AgentSeen,
+    ClockBeat,
+    GoalReported,
+    GoalRequest,
+    SendFailed,
+    TransportEvent,
+)
+from formiga_bt.transport.zenoh import ZenohTransport
+from formiga_bt.transport.zenoh_session import free_endpoint
+
+OWN = """
+import sys
+from formiga_bt.agent import Agent, Place, action, run
+
+class Mule(Agent, type="mule", mobility="ground"):
+    @action
+    async def Drive(self, to: Place) -> None:
+        pass
+
+run(Mule, id="mule_1", site=sys.argv[1], connect=sys.argv[2], arguments=[])
+"""
+
+PLAIN = """
+import json, sys, time, zenoh
+site, endpoint = sys.argv[1:]
+session = zenoh.open(zenoh.Config.from_json5(json.dumps({
+    "mode": "peer", "namespace": site, "connect": {"endpoints": [endpoint], "timeout_ms": -1, "exit_on_failure": False},
+    "listen": {"endpoints": []}, "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}}})))
+me = "mule/mule_1/"
+status = {"id": "mule_1", "type": "mule", "boot_id": "b", "seq": 0, "stamp": 0}
+card = {"id": "mule_1", "type": "mule", "boot_id": "b", "wire": 2, "mobility": "ground", "actions": ["Drive"]}
+
+def on_goal(query):
+    goal = json.loads(query.payload.to_bytes())["goal_id"]
+    event = {"goal_id": goal, "agent": "mule_1", "state": "accepted", "n": 1}
+    query.reply(me + "action/any/goal", json.dumps(event))
+    status["seq"] += 1
+    session.put(me + "action/Drive/event", json.dumps({**event, "state": "succeeded", "n": 2, "status": status}), express=True)
+
+direct = lambda call: zenoh.handlers.Callback(call, None, indirect=False)
+kept = [session.declare_queryable(me + "card", direct(lambda query: query.reply(me + "card", json.dumps(card)))),
+        session.declare_queryable(me + "action/*/goal", direct(on_goal))]
+token = session.liveliness().declare_token(me + "alive")
+while True:
+    time.sleep(1)
+"""
+
+
+class Wire:
+    """An engine's end of the wire, and one agent's process."""
+
+    def __init__(self, program: str) -> None:
+        self.woken = threading.Event()
+        self.transport = ZenohTransport("bench", listen="tcp/127.0.0.1:0")
+        self.transport.open(self.woken.set)
+        self.agent = subprocess.Popen(
+            [sys.executable, "-c", program, "bench", self.transport.endpoint], stderr=subprocess.DEVNULL
+        )
+        self.found: list[TransportEvent] = []
+        self.beats = 0
+        self.wait(lambda event: isinstance(event, AgentSeen))
+
+    def wait(self, fits: object) -> None:
+        """Wait for an event."""
+        assert callable(fits)
+        end = time.monotonic() + 30
+        while not any(fits(event) for event in self.found):
+            assert time.monotonic() < end, "no answer"
+            self.woken.wait(1.0)
+            self.woken.clear()
+            self.found = list(self.transport.poll())
+
+    def goal_ms(self, number: int) -> float:
+        """Send a goal; return how long its end took."""
+        if number % 50 == 0:
+            self.beats += 1
+            self.transport.publish_clock(
+                ClockBeat(wall_us=0, engine_us=self.beats * SECOND, speed=1.0, epoch=1, beat=self.beats)
+            )
+        goal, fields = f"bench/{number}", {"to": {"east_m": 1.0, "north_m": 2.0}}
+        self.found = []
+        start = time.perf_counter()
+        self.transport.send_goal(
+            GoalRequest(goal_id=goal, agent="mule_1", action="Drive", fields=fields, epoch=1, beat=self.beats)
+        )
+
+        def ended(event: TransportEvent) -> bool:
+            assert not isinstance(event, SendFailed), event
+            return isinstance(event, GoalReported) and event.event.goal_id == goal and event.event.state in TERMINAL
+
+        self.wait(ended)
+        return (time.perf_counter() - start) * 1e3
+
+    def close(self) -> None:
+        """End both."""
+        self.agent.kill()
+        self.agent.wait()
+        self.transport.close()
+
+
+def goals_ms(goals: int, rounds: int) -> tuple[float, float]:
+    """Return the medians of a goal with an agent of one's own and with a plain one, in turns."""
+    wires = [Wire(OWN), Wire(PLAIN)]
+    times: list[list[float]] = [[], []]
+    try:
+        number = 0
+        for each in range(rounds + 1):
+            for wire, into in zip(wires, times, strict=True):
+                for _ in range(goals // rounds):
+                    number += 1
+                    into.append(wire.goal_ms(number))
+            if each == 0:
+                times = [[], []]  # both are warm now
+    finally:
+        for wire in wires:
+            wire.close()
+    return statistics.median(times[0]), statistics.median(times[1])
+
+
+def first_goal_s() -> tuple[float, int]:
+    """Return the time from `formiga new agent` to the end of its first goal, with all commands, and the lines of the agent."""
+    with tempfile.TemporaryDirectory(prefix="formiga-bench-") as name:
+        folder = Path(name)
+        start = time.perf_counter()
+        call(folder, "-m", "formiga_bt", "new", "agent", "mule.py").wait()
+        passed = time.perf_counter() - start
+        endpoint = free_endpoint("tcp/127.0.0.1:0")  # not what is measured: no port of another engine
+        for file, old, new in (
+            ("site.yaml", "tcp/127.0.0.1:7447", endpoint),
+            ("mule.py", 'site="', f'connect="{endpoint}", site="'),
+        ):
+            (folder / file).write_text((folder / file).read_text().replace(old, new))
+        start = time.perf_counter()
+        up = ["-m", "formiga_bt", "up", "--http", "127.0.0.1:0", "--speed", "20"]
+        engine, agent = call(folder, *up), call(folder, "mule.py")
+        try:
+            while not list(folder.glob(".formiga/*/engine.json")):
+                time.sleep(0.01)
+            run = call(folder, "-m", "formiga_bt", "run", "TryMule", "--follow")
+            assert run.wait(60) == 0, "the first goal failed"
+            passed += time.perf_counter() - start
+        finally:
+            for one in (agent, engine):
+                one.terminate()
+            for one in (agent, engine):
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    one.wait(15)
+                one.kill()
+                one.wait()
+        return passed, lines_of((folder / "mule.py").read_text())
+
+
+def call(folder: Path, *words: str) -> "subprocess.Popen[bytes]":
+    """Start a Python program in a folder."""
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, *words], cwd=folder, stdin=quiet, stdout=quiet, stderr=quiet)
+
+
+def lines_of(text: str) -> int:
+    """Return the lines of a program without blank ones and without its docstring."""
+    return len([line for line in re.sub(r'^""".*?"""', "", text, flags=re.DOTALL).splitlines() if line.strip()])
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--goals", type=int, default=600)
+    parser.add_argument("--rounds", type=int, default=6)
+    options = parser.parse_args()
+    passed, lines = first_goal_s()
+    print(f"lines: the page's agent {page_lines()}, what `formiga new agent` writes {lines}")
+    print(
+        f"from `formiga new agent` to the end of the first goal: {passed:.1f} s; 11 s of engine time at speed 20 are in it"
+    )
+    own, plain = goals_ms(options.goals, options.rounds)
+    print(f"a goal and its end: {own:.2f} ms; with plain Zenoh {plain:.2f} ms; ratio {own / plain:.2f}")
+
+
+def page_lines() -> int:
+    """Return the lines of the agent in docs/agent.md."""
+    page = (Path(__file__).parents[1] / "docs" / "agent.md").read_text(encoding="utf-8")
+    return lines_of(next(one for one in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "class Mule" in one))
+
+
+if __name__ == "__main__":
+    main()
