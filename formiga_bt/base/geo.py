@@ -281,6 +281,21 @@ def way_enters(a: Place | Position, b: Place | Position, region: Region) -> bool
     return outline_of(region).is_entered_by(a, b)
 
 
+def way_gap_m(a: Place | Position, b: Place | Position, region: Region) -> float:
+    """Return the distance over ground from the straight way `a` to `b` to a region in metres; 0 if it touches it."""
+    if way_enters(a, b, region):
+        return 0.0
+    return min(_edge_gap_m(a.east_m, a.north_m, b.east_m, b.north_m, *edge) for edge in outline_of(region).edges)
+
+
+def regions_meet(one: Region, other: Region) -> bool:
+    """Return whether two regions have a point in common."""
+    if any(is_within(corner, other) for corner in one.corners) or any(is_within(c, one) for c in other.corners):
+        return True
+    corners = (*one.corners, *one.corners[:1])
+    return any(way_enters(a, b, other) for a, b in pairwise(corners))
+
+
 class Frame:
     """The local east-north-up frame of a base station at WGS84 latitude and longitude (degrees).
 

@@ -16,7 +16,7 @@ from formiga_bt.bridges.conditions_in import Ports, named, negated
 from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.leaves_in import LeafReader, Step
 from formiga_bt.bridges.table import BTCPP, NAV2, OWN
-from formiga_bt.bridges.values_in import ImportScope, unfold
+from formiga_bt.bridges.values_in import ImportScope, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, one_line
 
 _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
@@ -421,6 +421,17 @@ class StepReader(LeafReader):
     def _node_withagents(self, element: XmlElement) -> Step:
         roles = self.roles(element)
         return {"with_agents": roles, "steps": [s for child in element.children for s in self.body(child)]}
+
+    def _node_withresource(self, element: XmlElement) -> Step:
+        claims = [
+            {name.strip(): int(units)} if units.strip().isdigit() else one
+            for one in words(element.get("resources"))
+            for name, _, units in [one.partition(":")]
+        ]
+        step: Step = {"with_resource": claims}
+        if element.get("wait"):
+            step["wait"] = self.scope.value(element.get("wait"), element)
+        return step | {"steps": [s for child in element.children for s in self.body(child)]}
 
     # -- helper nodes of our exporter ---------------------------------------------------------------------------------
     def _fold_expect(self, element: XmlElement) -> Step:

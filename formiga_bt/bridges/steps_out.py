@@ -418,6 +418,12 @@ class StepWriter:
         node.children.append(self.body(step.steps))
         return node
 
+    def _withresource(self, step: model.WithResource) -> XmlElement:
+        ports = {"resources": step.said.replace(", ", ";"), "wait": self.optional(step.wait, "wait")}
+        node = self.shared.own("WithResource", {name: value for name, value in ports.items() if value})
+        node.children.append(self.body(step.steps))
+        return node
+
     def agents(self, tag: str, roles: Mapping[str, model.Role]) -> XmlElement:
         """Return the node that claims agents for roles."""
         inputs: dict[str, str] = {}

@@ -77,6 +77,7 @@ ROWS: Final = (
     Correspondence("`on_abort`", "a tree of its own", "near", "L02"),
     Correspondence("`agents`", "`Agents`", "own", "All roles at once, or none."),
     Correspondence("`with_agents`", "`WithAgents`", "own"),
+    Correspondence("`with_resource`", "`WithResource`", "own"),
     Correspondence(
         "`params`", "ports of the tree in TreeNodesModel", "same", "The host puts them on the blackboard, in SI units."
     ),
@@ -196,6 +197,12 @@ OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
                 "A round of the child for each item of lists of equal lengths.",
             ),
             OwnNode("WithAgents", "Decorator", {}, "Claim more agents, run the child, give them back."),
+            OwnNode(
+                "WithResource",
+                "Decorator",
+                _ins("resources", "wait"),
+                "Claim units of resources of the site, run the child, give them back.",
+            ),
             OwnNode(
                 "Finally", "Control", {}, "The first child; then, however it ended, the second. The first one's result."
             ),

@@ -315,6 +315,9 @@ def _named(view: PositionView, option: Option | None) -> Iterator[Item]:
             yield from _role_and(view, _events)
         case "release" | "role":
             yield from _agents(view, site_roles=False)
+        case "with_resource" if view.site is not None:
+            for known in view.site.resources.values():
+                yield Item(known.name, known.name, start, end, "value", f"{known.capacity} of it")
         case "list":
             yield from _words(view, SIMPLE, "value", "type of the items")
         case "type" if view.slot.section in ("params", "subtrees", "actions"):

@@ -23,7 +23,10 @@ class FlowLevel:
     under: str = ""
     """The key at hand when the position was reached."""
     key: str = ""
+    """Of a map: the key at hand; of a list: its last scalar, which is the key of a map of one pair if a colon follows."""
     after_colon: bool = False
+    pair: bool = False
+    """A map without braces: `[dock_bay: 2]`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,10 @@ def read_flow(text: str, offset: int) -> FlowPosition | None:
 def _with_colon(found: FlowPosition | None, word: str) -> FlowPosition | None:
     if found is None:
         return None
-    return FlowPosition(found.levels, found.slot, found.text, found.start, word == ":", found.quoted, found.closed)
+    levels, slot = found.levels, found.slot
+    if word == ":" and slot == "value" and levels and levels[-1].kind == "list":
+        levels, slot = (*levels, FlowLevel("map", {found.text: ""}, found.text, found.text, pair=True)), "key"
+    return FlowPosition(levels, slot, found.text, found.start, word == ":", found.quoted, found.closed)
 
 
 def _found(stack: list[FlowLevel], match: re.Match[str] | None, offset: int, *, within: bool) -> FlowPosition:
@@ -96,18 +102,26 @@ def _take(stack: list[FlowLevel], kind: str, word: str) -> None:
         if word in "{[":
             stack.append(FlowLevel("map" if word == "{" else "list"))
         elif word in "}]":
+            if inner is not None and inner.pair:
+                stack.pop()
             if stack:
                 stack.pop()
+        elif word == ":" and inner is not None and inner.kind == "list":
+            stack.append(FlowLevel("map", {inner.key: ""}, "", inner.key, after_colon=True, pair=True))
+        elif word == "," and inner is not None and inner.pair:
+            stack.pop()
         elif inner is not None and inner.kind == "map":
             if word == ":":
                 inner.after_colon = True
             else:
                 inner.key, inner.after_colon = "", False
         return
-    if inner is None or inner.kind != "map":
+    if inner is None:
         return
     plain = word.strip("'\"") if kind == "quoted" else word
-    if inner.after_colon:
+    if inner.kind == "list":
+        inner.key = plain
+    elif inner.after_colon:
         inner.keys[inner.key] = plain
     else:
         inner.key = plain

@@ -99,6 +99,7 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("action", "result"): FreeMapping("fields", OptionMapping("field", FIELD)),
         ("site", "base"): OptionMapping("base", site.BASE),
         ("site", "ports"): FreeMapping("ports", OptionMapping("port", site.PORT)),
+        ("site", "resources"): FreeMapping("resources", OptionMapping("resource", site.RESOURCE)),
         ("site", "places"): FreeMapping("places", _PLACE),
         ("site", "terrain"): OptionMapping("terrain", site.TERRAIN),
         ("site", "pilots"): OptionMapping("pilot", site.PILOT),

@@ -127,6 +127,10 @@ class _Maker:
         }
         if form == "map" and name in known:
             return known[name]
+        if name == "with_resource":
+            named = {"type": "string", "examples": list(self._where.resources) if self._where is not None else []}
+            counted = _map({"type": "integer", "minimum": 1})
+            return {"anyOf": [named, {"type": "array", "items": {"anyOf": [named, counted]}}, counted]}
         if form == "value" and name == "agents":
             return {"type": "array"}
         if form == "words" and name in ("any_of", "of"):
@@ -265,6 +269,7 @@ class _Maker:
         closer = {
             "base": self._object(site.BASE),
             "ports": _map(self._object(site.PORT)),
+            "resources": _map({"anyOf": [self._object(site.RESOURCE), {"type": "null"}]}),
             "terrain": self._object(site.TERRAIN),
             "agents": _map(agent),
             "pilots": {"type": "array", "items": self._object(site.PILOT)},

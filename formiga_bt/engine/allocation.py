@@ -16,6 +16,7 @@ from formiga_bt.engine.agents.grants import assign
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
+from formiga_bt.engine.allocator.holders import Holders
 from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.allocator.preemption import Preemption, PreemptionPlan
 from formiga_bt.engine.allocator.roster import Roster
@@ -23,6 +24,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, Verdict
 from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
+from formiga_bt.engine.resources import Resources
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
 
@@ -63,6 +65,8 @@ class Allocation:
         self._fleet = fleet
         self._policy = policy
         self._authority = authority
+        self._holders = Holders(core)
+        self._resources = Resources(core, tasks, self._holders)
         self._roster = Roster()
         self._heard = core.board.listen(*BRANCHES)
         self._changed: dict[str, None] = dict.fromkeys(core.state.agents)
@@ -96,9 +100,14 @@ class Allocation:
         core.emit(ch.CounterSet("alloc_at", core.now))
         requests = [self._aged(r) for r in core.state.requests.values()]
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
+        if any(r.units for r in requests):
+            blocks = [r for r in requests if r.units]
+            self._resources.serve(blocks, self._authority.blocked_of(blocks), self._explain)
+            requests = [r for r in requests if not r.units]
         agents = self._candidates()
         blocked = self._authority.blocked_of(requests)
-        decision, aside = self._decide([r for r in requests if r.task not in blocked], agents)
+        decision, aside, unsafe = self._decide_safely([r for r in requests if r.task not in blocked], agents)
+        blocked |= unsafe
         for request in requests:
             if request.task in blocked:
                 self._explain_blocked(request, *blocked[request.task], agents)
@@ -128,6 +137,20 @@ class Allocation:
                 if blocked.get(request.task, ("",))[0] == "no_pilot" and could_serve(request, agents):
                     for victim in self._authority.step_aside_for(request):
                         self._tasks.restart(victim, "preempted", f"for {request.holder}, which needs its pilot")
+
+    def _decide_safely(
+        self, requests: list[AgentRequest], agents: Roster
+    ) -> tuple[Decision, Preemption, dict[str, tuple[str, str]]]:
+        """Return a decision after which all that could end can still end, and who gets nothing for that."""
+        unsafe: dict[str, tuple[str, str]] = {}
+        while True:
+            left = [r for r in requests if r.task not in unsafe]
+            decision, aside = self._decide(left, agents)
+            grants = [(grant.task, grant.roles) for grant in decision.grants]
+            held_up = self._holders.held_up_by_machines({r.task: r for r in left}, grants) if grants else None
+            if held_up is None:
+                return decision, aside, unsafe
+            unsafe[held_up[0]] = "safe_order", held_up[1]
 
     def _decide(self, requests: list[AgentRequest], agents: list[Candidate]) -> tuple[Decision, Preemption]:
         """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""

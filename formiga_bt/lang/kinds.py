@@ -216,6 +216,12 @@ _KINDS: Final = (
     StepKind("break_if", "cond", "Leave the nearest loop with success."),
     StepKind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,)),
     StepKind("with_agents", "map", "Extra agents for this block.", (_STEPS,)),
+    StepKind(
+        "with_resource",
+        "words",
+        "Resources of the site for this block, taken all at once: lift_1, or [lift_1, dock_bay: 2].",
+        (_STEPS, Option("wait", "value", "How long to wait for them (15 min).", type="duration")),
+    ),
 )
 
 KINDS: Final[Mapping[str, StepKind]] = MappingProxyType({kind.name: kind for kind in _KINDS})

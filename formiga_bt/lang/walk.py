@@ -36,6 +36,7 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 
 _ITEM: Final = re.compile(r"([A-Za-z]\w*)\[(\d{1,4})\]")
@@ -50,7 +51,7 @@ def children(step: Step) -> tuple[Step, ...]:
     match step:
         case Sequence():
             return (*step.steps, *step.finally_)
-        case Fallback() | Parallel() | Loop() | For() | Guard() | WithAgents():
+        case Fallback() | Parallel() | Loop() | For() | Guard() | WithAgents() | WithResource():
             return step.steps
         case If():
             return (*step.then, *step.otherwise)
@@ -128,6 +129,14 @@ def roles_inside(steps: tuple[Step, ...]) -> Iterator[Role]:
         if isinstance(step, WithAgents):
             yield from step.roles.values()
         yield from roles_inside(step.subtree.steps if isinstance(step, Call) else children(step))
+
+
+def claims_inside(steps: tuple[Step, ...]) -> Iterator[WithResource]:
+    """Iterate over every `with_resource` among the steps and in what they call."""
+    for step in steps:
+        if isinstance(step, WithResource):
+            yield step
+        yield from claims_inside(step.subtree.steps if isinstance(step, Call) else children(step))
 
 
 def requests_inside(steps: tuple[Step, ...]) -> Iterator[Request]:

@@ -18,6 +18,7 @@ from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitForNode, WaitUnti
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
 from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
 from formiga_bt.nodes.request import RequestNode
+from formiga_bt.nodes.resources import WithResourceNode
 from formiga_bt.nodes.run import Failure
 
 
@@ -88,6 +89,8 @@ def _compile_kind(step: model.Step) -> Node:
             return RequestNode(step)
         case model.WithAgents():
             return WithAgentsNode(step, [compile_step(s) for s in step.steps])
+        case model.WithResource():
+            return WithResourceNode(step, [compile_step(s) for s in step.steps])
         case model.Parallel():
             return ParallelNode(step, [compile_step(s) for s in step.steps])
         case model.Loop():

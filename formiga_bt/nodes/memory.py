@@ -10,7 +10,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import Micros
 from formiga_bt.nodes.ends import Drain
 
-NODE_STATE_VERSION: Final = 1
+NODE_STATE_VERSION: Final = 2
 """Raised with each change after which a tree cannot be rebuilt from what nodes of the version before remembered."""
 
 
@@ -180,7 +180,16 @@ class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
     breaking: bool = False
 
 
+class WithResourceMem(Struct, frozen=True, tag="with_resource", tag_field="mem"):
+    """A block with resources: it waits for them, or runs its steps with them."""
+
+    state: Literal["waits", "runs"] = "waits"
+    index: int = 0
+    ran: bool = False
+
+
 Mem = (
     SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | WaitForMem | PassMem | TimeoutMem
     | RetryMem | CleanupMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem | RequestMem
+    | WithResourceMem
 )  # fmt: skip

@@ -388,6 +388,29 @@ class AgentsRun(StepRun, Protocol):
         ...
 
 
+class ResourcesRun(StepRun, Protocol):
+    """What a block with resources needs."""
+
+    def want_resources(self, path: str, units: Mapping[str, int]) -> None:
+        """Ask for units of resources, all at once. The node at `path` is woken when there is an answer."""
+        ...
+
+    def take_resources(self, path: str) -> str | None:
+        """Return "" once they are held, why they never will be, or None: not yet."""
+        ...
+
+    def withdraw_resources(self, path: str) -> None:
+        """Ask no more, and give back what was granted meanwhile."""
+        ...
+
+    def free_resources(self, path: str, after: Drain, *, well: bool) -> None:
+        """The block has ended: give back what it held once `after` is over.
+
+        Not `well`: if the task ends with it, it keeps them until its machines are home.
+        """
+        ...
+
+
 class PeopleRun(StepRun, Protocol):
     """What a question and a notice need."""
 
@@ -432,5 +455,5 @@ class ChildRun(StepRun, Protocol):
         ...
 
 
-class Run(GoalRun, AgentsRun, PeopleRun, ChildRun, DrainRun, Protocol):
+class Run(GoalRun, AgentsRun, ResourcesRun, PeopleRun, ChildRun, DrainRun, Protocol):
     """All services of one running task: for nodes that have others below, and pass it on."""

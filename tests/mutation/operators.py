@@ -30,7 +30,8 @@ class Fault:
 
 KINDS: Final = (
     "do", "ask", "call", "wait", "wait_until", "wait_for", "check", "set", "notify", "fail", "release", "sequence",
-    "fallback", "parallel", "if", "switch", "while", "repeat", "for", "break_if", "guard", "with_agents", "request",
+    "fallback", "parallel", "if", "switch", "while", "repeat", "for", "break_if", "guard", "with_agents",
+    "with_resource", "request",
 )  # fmt: skip
 CONDITIONS: Final = ("when", "if", "while", "until", "wait_until", "check", "expect", "guard", "break_if")
 LISTS: Final = (

@@ -246,6 +246,12 @@ class NaiveTrees:
                 self.host.close_scope(at.path)
         elif isinstance(at.step, model.WithAgents):
             goals = self._stop_block(at, mem)
+        elif isinstance(at.step, model.WithResource):
+            if "index" not in mem:
+                self.host.withdraw_resources(at.key)
+            else:
+                goals = self._halt_child(self._children(at, mem), mem)
+                self.host.free_resources(at.key, tuple(goals), well=False)
         elif isinstance(at.step, model.Request):
             if "child" in mem and not at.step.detached and self.host.end_task(mem["child"]):
                 goals = [ChildEnd(mem["child"])]
@@ -431,7 +437,7 @@ class NaiveTrees:
             steps = step.steps
             error = mem.get("failure") or (skipped_before(at) if mem.get("index") else error)
         else:
-            assert isinstance(step, model.Sequence | model.Guard | model.WithAgents)
+            assert isinstance(step, model.Sequence | model.Guard | model.WithAgents | model.WithResource)
             steps = step.steps
         return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error, "", at.retries) for s in steps]
 
@@ -876,6 +882,31 @@ class NaiveTrees:
             goals = self._halt_child(self._children(at, mem), mem)
             self._unset(at, *at.step.roles, always=True)
         return goals + self._give_back(at, mem["agents"], goals)
+
+    # -- resources of a block --------------------------------------------------------------------------------------------
+    def _with_resource(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.WithResource)
+        if fresh:
+            wait = 900.0 if step.wait is None else step.wait.run(self._env(at))
+            host.want_resources(at.key, step.units)
+            host.set_deadline(at.key, host.now + micros(wait))
+            return None
+        if "index" not in mem:
+            refused = host.take_resources(at.key)
+            if refused is None:
+                if not host.is_due(at.key):
+                    return None
+                host.withdraw_resources(at.key)
+                return failed(at, "resource_timeout", f"{step.said} not free in time; see the explanation")
+            host.clear_deadline(at.key)
+            if refused:
+                return failed(at, "no_resource", refused, again=False)
+            mem.update(index=0, ran=False)
+        done = self._in_order(self._children(at, mem), mem)
+        if done is not None:
+            host.free_resources(at.key, (), well=done.failure is None)
+        return done
 
     def _call(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         host, step = self.host, at.step

@@ -100,7 +100,9 @@ class Writer:
         """How many `with_agents` and requests there are; none of those stands in a block, none of either in cleanup."""
         self.may_want = True
         self.wanting: tuple[str, ...] = ()
-        """Subtrees with a `with_agents`."""
+        """Subtrees with a `with_agents`, a `with_resource` or a request."""
+        self.free: tuple[str, ...] = ("lift", "bay")
+        """Resources that a block may take here: inside one only those after it, and none in cleanup."""
 
     def pick(self, *things: Any) -> Any:
         return self.dice.choice(things)
@@ -199,6 +201,7 @@ class Writer:
             "for_all",
             "for_all",
             *(["with_agents"] * 3 if self.may_want else []),
+            *(["with_resource"] * 3 if self.free else []),
         )
         leaves = (*leaves, *(["request"] if self.may_want else []))
         kind = self.pick(*(leaves if depth <= 0 else (*leaves, *blocks)))
@@ -309,7 +312,7 @@ class Writer:
 
     def _cleanup(self, depth: int) -> dict[str, Any]:
         steps = self.steps(depth - 1)
-        return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False, may_want=False)}
+        return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False, may_want=False, free=())}
 
     def _guard(self, depth: int) -> dict[str, Any]:
         return {"guard": self.live(), "steps": self.steps(depth - 1)}
@@ -441,6 +444,19 @@ class Writer:
             "steps": [{"for": {one: f"${{{name}}}"}, "mode": "parallel", "steps": steps}],
         }
 
+    def _with_resource(self, depth: int) -> dict[str, Any]:
+        self.blocks += 1
+        first = self.pick(*self.free)
+        claim = self.pick(first, [first], [*self.free], [{"bay": 2}] if "bay" in self.free else first)
+        names = {
+            name
+            for one in ([claim] if isinstance(claim, str) else claim)
+            for name in ([one] if isinstance(one, str) else one)
+        }
+        free = () if "bay" in names else ("bay",)
+        steps = self.within(depth - 1, 3, may_want=False, free=free)
+        return {"with_resource": claim, "wait": self.dice.choice((*SPANS, "20 s")), "steps": steps}
+
     def _if(self, depth: int) -> dict[str, Any]:
         step: dict[str, Any] = {"if": self.cond(), "then": self.steps(depth - 1, 2)}
         if self.chance(50):
@@ -459,7 +475,8 @@ class Writer:
         return step
 
     def callable(self) -> tuple[str, ...]:
-        return tuple(name for name in self.subtrees if self.may_want or name not in self.wanting)
+        may = self.may_want and len(self.free) == 2
+        return tuple(name for name in self.subtrees if may or name not in self.wanting)
 
     def _call(self, depth: int) -> dict[str, Any]:
         name = self.pick(*self.callable())
@@ -515,7 +532,7 @@ def task_text(dice: Random, name: str = "Random") -> str:
         task["steps"].append({"parallel": [{"release": writer.pick("one", "two")}, {"wait": dice.choice(SPANS)}]})
     for section in ("on_failure", "on_abort", "finally"):
         if writer.chance(45):
-            task[section] = writer.within(1, 2, may_want=False)
+            task[section] = writer.within(1, 2, may_want=False, free=())
     if writer.saved:
         task["finally"] = [*task.get("finally", ()), *writer.uses()]
     if subtrees:

@@ -86,6 +86,7 @@ ports:
   c: {at: {east: 80 m, north: 0 m}}
 terrain: {flat: true, relief: 1 m}
 people: {watchers: [ann, bob]}
+resources: {lift: {capacity: 1}, bay: {capacity: 2}}
 agents:
   c1: {type: cart, home: a}
   c2: {type: cart, home: b}

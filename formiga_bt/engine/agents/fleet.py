@@ -23,6 +23,7 @@ from formiga_bt.engine.agents.repeats import Repeats
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.goals.passages import Passages
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import TakeOverHold
@@ -59,6 +60,7 @@ class Fleet:
         self._admission = Admission(core, goals)
         self._process_identity = ProcessIdentity(core, goals)
         self._repeats = Repeats(core)
+        self._passages = Passages(core)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:
@@ -137,6 +139,7 @@ class Fleet:
             initial=status.initial_deployment or agent.initial or status.position,
             landed=status.landed,
             stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
+            inside=agent.inside if agent.human else self._passages.seen(agent, status.position),
             lost_leg=None if status.landed == "grounded" else agent.lost_leg,
             lost_area=None if status.landed == "grounded" else agent.lost_area,
             control=status.control,
@@ -437,6 +440,7 @@ class Fleet:
             return
         core.put_agent(
             agent_id, landed="grounded", position=None, stood_at=None, layer_m=None, lost_leg=None, lost_area=None,
+            inside=(),
             quarantine=REMOVED if agent.pool == "QUARANTINED" else agent.quarantine,
         )  # fmt: skip
         core.effect(

@@ -11,6 +11,7 @@ from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
+from formiga_bt.engine.goals.passages import Passages
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
@@ -31,6 +32,7 @@ class Gatekeeper:
         self._core = core
         self._clearances = clearances
         self.view = GateView(core, clearances)
+        self.passages = Passages(core)
         self.room = AirHolding(core, self.view, clearances, self._send_at_once)
 
     def verdict(self, goal: GoalRecord) -> Verdict:
@@ -50,6 +52,8 @@ class Gatekeeper:
             claimant = self.room.claimed(goal, found)
             if claimant:
                 return Hold("leg_busy", claimant)
+        if isinstance(found, Go) or found.code == "clearance":
+            return self.passages.verdict(goal, ask) or found
         return found
 
     def _judge(self, goal: GoalRecord, ask: GateInput, traffic: Sequence[Traffic]) -> Verdict:
@@ -113,11 +117,12 @@ class Gatekeeper:
         )  # fmt: skip
         agent = core.state.agents[goal.agent]
         if not agent.human:
+            inside = self.passages.taken(agent, self.view.ask(goal)) if core.site.resources else agent.inside
             moves = go.leg is not None or go.area is not None
             core.put_agent(
                 agent.id, goal=goal.id, action=goal.action,
                 pool="QUARANTINED" if agent.pool == "QUARANTINED" else "EXECUTING ACTION",
-                lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
+                inside=inside, lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
             )  # fmt: skip
         if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
             core.put_part(goal.task, "restart", spent=True)

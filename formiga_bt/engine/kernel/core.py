@@ -61,6 +61,7 @@ GATE_READS: Final = (
     "lost_area",
     "layer_m",
     "home",
+    "inside",
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
 
@@ -90,6 +91,10 @@ class Core:
         self.board: Blackboard = board_of(state)
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self.airspace = Airspace(site)
+        self.guards: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
+            {agent.id: agent.guards for agent in site.agents.values() if agent.guards}
+        )
+        """Agent -> its actions that need a resource to be empty."""
         self._rules: dict[tuple[str, str, str], Rules] = {}
         self._powers: dict[str, tuple[dict[str, float], Power | None]] = {}
         self.changes: list[ch.Change] = []
@@ -170,6 +175,8 @@ class Core:
         if old is None or _read_by_gate(old) != _read_by_gate(new):
             self.stale.add(new.id)
             self.moved[new.id] = None
+            if new.id in self.guards or (old is not None and old.inside != new.inside):
+                self.stale.add(EVERYTHING)  # who waits for a resource waits for whoever is in it
         if new.task:
             self._touch_if_released(new)
 
@@ -193,6 +200,9 @@ class Core:
 
     def _note_task(self, change: ch.TaskPut) -> None:
         task = change.task
+        old = self.state.tasks.get(task.id)
+        if old is not None and old.resources != task.resources:
+            self.stale.add(EVERYTHING)  # of legs through a resource with a region
         if task.section == "done":
             self.open.pop(task.id, None)
             self.index.ended[task.id] = None

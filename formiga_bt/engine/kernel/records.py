@@ -272,6 +272,34 @@ class TaskAgents(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The pilot on duty for it (`mode: real`)."""
 
 
+class ResourceClaim(Struct, frozen=True, omit_defaults=True):
+    """Units of resources that a block of a task holds."""
+
+    units: dict[str, int]
+    """By resource."""
+    at: Micros
+    """Since when."""
+    left: bool = False
+    """Its block failed or was stopped: the claim goes once `after` is over, or with a task that ends so, with its machines."""
+    after: Drain = ()
+
+
+class TaskResources(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The resources of the site that it holds."""
+
+    claims: dict[str, ResourceClaim] = {}
+    """Node of a `with_resource` -> what it holds."""
+
+    @property
+    def units(self) -> dict[str, int]:
+        """Return the units that it holds in all, by resource."""
+        found: dict[str, int] = {}
+        for claim in self.claims.values():
+            for name, units in claim.units.items():
+                found[name] = found.get(name, 0) + units
+        return found
+
+
 class TaskHold(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """HELD: why, and the task's clock, which stands still meanwhile."""
 
@@ -353,6 +381,7 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     request: TaskRequest
     family: TaskFamily = TaskFamily()
     agents: TaskAgents = TaskAgents()
+    resources: TaskResources = TaskResources()
     hold: TaskHold = TaskHold()
     events: TaskEvents = TaskEvents()
     ending: TaskEnding = TaskEnding()
@@ -376,7 +405,9 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return next((cleanup for cleanup in self.ending.cleanups if cleanup.id == cleanup_id), None)
 
 
-TaskPart = Literal["request", "family", "agents", "hold", "events", "ending", "outcome", "restart", "times", "system"]
+TaskPart = Literal[
+    "request", "family", "agents", "resources", "hold", "events", "ending", "outcome", "restart", "times", "system"
+]
 """The fields of a `TaskRecord` that are parts."""
 
 
@@ -423,6 +454,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     stood_at: Place | None = None
     """Where it was last known to stand on the ground: near it, it may be low."""
     control: Control = "unknown"
+    inside: tuple[str, ...] = ()
+    """Resources with a region that it takes up: it was on its way in, or inside, and has not said since that it is out."""
     word: str = ""
     """The agent's own status word."""
     payload_kg: float = 0.0
@@ -708,7 +741,7 @@ class Deadline(Struct, frozen=True):
 
 
 def request_id(task: str, node: str) -> str:
-    """Return the id of the request of a task, or of a `with_agents` of it."""
+    """Return the id of the request of a task, or of a block of it."""
     return f"{task}|{node}" if node else task
 
 
@@ -723,7 +756,7 @@ class AgentRequest(Struct, frozen=True, kw_only=True):
     holder: str
     """The task that will hold the agents."""
     node: str = ""
-    """Key of the `with_agents` that asks, of a task that runs already; "" = the task itself, before its first step."""
+    """Key of the block that asks, of a task that runs already; "" = the task itself, before its first step."""
     priority: Priority
     order: int
     at: Micros
@@ -735,6 +768,8 @@ class AgentRequest(Struct, frozen=True, kw_only=True):
     """Tasks that step aside for it now -> the run that they end."""
     wait_left: Micros | None = None
     """What is left of the roles' `wait`, which stands still meanwhile."""
+    units: dict[str, int] = {}
+    """Of a `with_resource`, which has no roles: what it asks for, by resource."""
 
     @property
     def task(self) -> str:

@@ -92,6 +92,8 @@ def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
         board.put(f"/tasks/{task.id}/status", task.status)
     if old is not None and old.hold.causes != task.hold.causes:
         board.touch(f"/tasks/{task.id}/held")
+    if task.resources is not (old.resources if old is not None else None):
+        board.touch(f"/tasks/{task.id}/resources")
     if task.agents.roles is not (old.agents.roles if old is not None else None):
         _show_grants(board, task)
 

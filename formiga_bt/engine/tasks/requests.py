@@ -76,6 +76,16 @@ class Requests:
         core.emit(ch.RequestPut(request.task, request))
         return request
 
+    def want_units(self, task_id: str, node: str, units: Mapping[str, int]) -> None:
+        """Let a block of a running task wait for resources. Its `wait` is the node's own deadline."""
+        core = self._core
+        task = core.task(task_id)
+        request = AgentRequest(
+            holder=task_id, node=node, priority=task.request.priority, order=task.order, at=core.now, roles=(),
+            units=dict(units),
+        )  # fmt: skip
+        core.emit(ch.RequestPut(request.task, request))
+
     def enqueue(self, request: AgentRequest) -> None:
         """Let a request wait for agents."""
         core = self._core

@@ -11,6 +11,7 @@ from formiga_bt.engine.kernel import drains
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord, request_id
+from formiga_bt.engine.tasks import claims
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.cleanup import Cleanups
 from formiga_bt.engine.tasks.requests import Requests
@@ -117,6 +118,31 @@ class TaskRun(TaskWaits):
         if key in self._core.state.requests:
             self._core.emit(ch.RequestPut(key, None))
         return tuple(agent for group in served.roles.values() for agent in group) if served is not None else ()
+
+    # -- resources of a block --------------------------------------------------------------------------------------------
+    def want_resources(self, path: str, units: Mapping[str, int]) -> None:
+        """Ask for units of resources."""
+        self._requests.want_units(self.task_id, path, units)
+
+    def take_resources(self, path: str) -> str | None:
+        """Return whether they are held, or why never."""
+        if path in self._core.task(self.task_id).resources.claims:
+            return ""
+        refused = self.take_agents(path)
+        return refused.reason if refused is not None else None
+
+    def withdraw_resources(self, path: str) -> None:
+        """Ask no more."""
+        self.withdraw_agents(path)
+        if path in self._core.task(self.task_id).resources.claims:
+            claims.give_back(self._core, self.task_id, path)
+
+    def free_resources(self, path: str, after: Drain, *, well: bool) -> None:
+        """The block has ended."""
+        if well:
+            claims.give_back(self._core, self.task_id, path)
+        else:
+            claims.leave(self._core, self.task_id, path, after)
 
     # -- people --------------------------------------------------------------------------------------------------------
     def ask(self, order: AskOrder) -> None:

@@ -36,10 +36,12 @@ from formiga_bt.engine.kernel.records import (
     TaskEvents,
     TaskHold,
     TaskRecord,
+    TaskResources,
     TaskRestart,
     TaskTimes,
 )
 from formiga_bt.engine.kernel.timers import TaskDue
+from formiga_bt.engine.tasks import claims
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.recovery import Recovery
 from formiga_bt.engine.tasks.requests import Requests
@@ -166,6 +168,8 @@ class Tasks:
         for ended in sections:
             self._section_ended(task_id, ended)
         task = core.task(task_id)
+        if task.resources.claims:
+            claims.go_on(core, task_id)
         if task.agents.releasing:
             self._recovery.releases(task_id)
         if task.agents.releasing or task.ending.stopping or sections:
@@ -474,6 +478,7 @@ class Tasks:
             times=replace(task.times, ended_at=core.now),
             hold=TaskHold(clock=replace(task.hold.clock, paused=())),
             agents=replace(task.agents, roles={}),
+            resources=TaskResources(),
             ending=replace(task.ending, drain=()),
         )
         self._children.ended(core.task(task_id))

@@ -28,6 +28,7 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
@@ -49,7 +50,7 @@ def check_spin(step: Loop, problems: Problems) -> None:
 def waits(step: Step) -> bool:
     """Return whether some path through a step takes time."""
     match step:
-        case Do() | Ask() | WaitUntil() | WaitFor() | Release() | WithAgents() | Request():
+        case Do() | Ask() | WaitUntil() | WaitFor() | Release() | WithAgents() | Request() | WithResource():
             return True
         case Wait():
             return not step.duration.is_const or bool(step.duration.const)

@@ -12,6 +12,7 @@ from pathlib import PurePath
 from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.checks.resources import check_orders
 from formiga_bt.lang.model import Call, Catalogue, Parallel, Role, Step, Task, WithAgents
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
@@ -76,7 +77,10 @@ def _check_branches(step: Parallel, catalogue: Catalogue, problems: Problems, to
 
 
 def check_tasks(tasks: Sequence[Task], catalogue: Catalogue) -> list[Diagnostic]:
-    """Return E035 for each circle of different tasks in which each holds what the next one waits for in mid-task."""
+    """Return E035 for each circle of different tasks in which each holds what the next one waits for in mid-task.
+
+    Of resources, which are fixed names, it is E113.
+    """
     waits = [wait for task in tasks for wait in _of_task(task, catalogue)]
     found: list[Diagnostic] = []
     told: set[frozenset[str]] = set()
@@ -87,7 +91,7 @@ def check_tasks(tasks: Sequence[Task], catalogue: Catalogue) -> list[Diagnostic]
                 continue
             told.add(names)
             found.append(Diagnostic("E035", wait.at, _told(circle), _HELP, wait.task))
-    return found
+    return [*found, *check_orders(tasks)]
 
 
 def _circles(chain: list[RoleWait], waits: Sequence[RoleWait]) -> Iterator[list[RoleWait]]:

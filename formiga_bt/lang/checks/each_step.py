@@ -39,10 +39,11 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.text.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import children, orders, requests_inside, roles_inside
+from formiga_bt.lang.walk import children, claims_inside, orders, requests_inside, roles_inside
 
 _QUESTION: Final = "Confirm"
 """The action that `ask` stands for."""
@@ -63,7 +64,7 @@ def can_succeed(step: Step) -> bool:
             return not step.otherwise or any(_all_can(branch) for branch in (step.then, step.otherwise))
         case Switch():
             return any(_all_can(branch) for branch in step.branches)
-        case Guard() | WithAgents():
+        case Guard() | WithAgents() | WithResource():
             return _all_can(step.steps)
         case Parallel():
             can = [can_succeed(child) or child.when is not None for child in step.steps]
@@ -128,6 +129,9 @@ class StepChecks:
                 if cleanup and isinstance(step, WithAgents):
                     what = "a section that tidies up cannot use with_agents"
                     self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")
+                if cleanup and isinstance(step, WithResource):
+                    what = "a section that tidies up cannot use with_resource"
+                    self.problems.add("E065", step.mark, what, "it has the resources that the task still holds")
                 if cleanup and isinstance(step, Request):
                     what = "a section that tidies up cannot request a task"
                     self.problems.add(
@@ -136,6 +140,9 @@ class StepChecks:
                 if cleanup and isinstance(step, Call) and any(requests_inside(step.subtree.steps)):
                     what = f"a section that tidies up cannot request a task, as {step.subtree.name} does"
                     self.problems.add("E065", step.mark, what, "request it in steps")
+                if cleanup and isinstance(step, Call) and any(claims_inside(step.subtree.steps)):
+                    what = f"a section that tidies up cannot use with_resource, as {step.subtree.name} does"
+                    self.problems.add("E065", step.mark, what, "it has the resources that the task still holds")
                 if cleanup and isinstance(step, Call) and any(roles_inside(step.subtree.steps)):
                     what = f"a section that tidies up cannot use with_agents, as {step.subtree.name} does"
                     self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")

@@ -43,6 +43,7 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import Value
@@ -157,7 +158,7 @@ class _Walk:
             case Release():
                 at.pop(who.get(step.who.name, step.who.name), None)
                 return Sum()
-            case Sequence() | Guard() | WithAgents():
+            case Sequence() | Guard() | WithAgents() | WithResource():
                 return self.steps(children(step), names, who, at)
             case Check() | Set() | Notify() | Fail() | WaitUntil() | WaitFor() | BreakIf() | Request():
                 return Sum()

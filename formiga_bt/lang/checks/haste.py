@@ -31,6 +31,7 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
@@ -98,7 +99,7 @@ def _lasts(step: Step) -> float:
         case Wait():
             known = _const(step.duration)
             return SLOW_S if known is None else known
-        case Do() | Ask() | Release() | WithAgents() | Request() | WaitUntil() | WaitFor():
+        case Do() | Ask() | Release() | WithAgents() | WithResource() | Request() | WaitUntil() | WaitFor():
             return SLOW_S
         case Parallel():
             return max(map(_lasts, step.steps), default=0.0)

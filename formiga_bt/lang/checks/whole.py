@@ -10,6 +10,7 @@ from formiga_bt.lang.checks.flight.same_machine import check_same_machine
 from formiga_bt.lang.checks.flight.spacing import check_spacing
 from formiga_bt.lang.checks.flight.whole import check_flight
 from formiga_bt.lang.checks.held_back import check_requests
+from formiga_bt.lang.checks.resources import check_order, check_waits
 from formiga_bt.lang.checks.sense import check_sense
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Site, Task
 from formiga_bt.lang.text.reading import Problems
@@ -38,10 +39,12 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
             contended |= check_same_machine(steps, all_roles(task), (), catalogue, problems)
             check_spacing(steps, catalogue, min_spacing_m, problems)
             check_blocks(steps, catalogue, problems)
+            check_waits(steps, site, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("agents"):
         check_fleet(task, catalogue, site, problems)
+    check_order(task, problems)
     check_flight(task, catalogue, problems, contended)
     with problems.within("steps"):
         check_requests(task, catalogue, site, problems)

@@ -51,8 +51,10 @@ class _Reader:
             return self.options(node, option.keys)
         if form == "value" and option.name != "formiga":
             return self.value(node)
+        if form == "words" and not isinstance(node, Listing):
+            return _texts(node)
         if isinstance(node, Listing):
-            return [item.text for item in node.items if isinstance(item, Scalar)]
+            return [text for item in node.items for text in _texts(item)]
         if isinstance(node, Mapping_):
             return {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}
         return _json_of(node, form, option)
@@ -96,6 +98,13 @@ class _Reader:
         if node.quoted or node.block or "${" in node.text:
             return {"text": node.text}
         return {"lit": node.text}
+
+
+def _texts(item: Node) -> list[str]:
+    """Return an item of a list of words; `dock_bay: 2` is one, too."""
+    if isinstance(item, Mapping_):
+        return [f"{e.key.text}: {e.value.text}" for e in item.entries if isinstance(e.value, Scalar)]
+    return [item.text] if isinstance(item, Scalar) else []
 
 
 def _known(options: Mapping[str, Option], key: str) -> Option:

@@ -44,6 +44,7 @@ from formiga_bt.lang.model.steps import (
     WaitUntil,
     Who,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.model.task import MOST_VISITS, WAKES_A_SECOND, Task
 from formiga_bt.lang.model.world import (
@@ -53,6 +54,7 @@ from formiga_bt.lang.model.world import (
     Catalogue,
     FieldSpec,
     Port,
+    Resource,
     Site,
     SiteAgent,
     Station,
@@ -88,6 +90,7 @@ __all__ = [
     "Port",
     "Release",
     "Request",
+    "Resource",
     "Retry",
     "Role",
     "Room",
@@ -109,5 +112,6 @@ __all__ = [
     "WaitUntil",
     "Who",
     "WithAgents",
+    "WithResource",
     "why_not_computed",
 ]

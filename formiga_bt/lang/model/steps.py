@@ -5,7 +5,7 @@ Every step knows its source mark. Static paths: the steps of a section, branch o
 """
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Final, Literal
 
 from msgspec import Struct
 
@@ -293,6 +293,25 @@ class WithAgents(StepBase, frozen=True, kw_only=True):
     steps: tuple["Step", ...]
 
 
+class WithResource(StepBase, frozen=True, kw_only=True):
+    """Units of resources of the site for its steps (segments `steps[i]`), all at once, given back at their end."""
+
+    units: Mapping[str, int]
+    """Resource -> units of it, from 1 on."""
+    steps: tuple["Step", ...]
+    wait: Expr | None = None
+    """How long to wait for them; None = `RESOURCE_WAIT_S`."""
+
+    @property
+    def said(self) -> str:
+        """Return what it asks for as authors write it: `lift_1, dock_bay: 2`."""
+        return ", ".join(name if units == 1 else f"{name}: {units}" for name, units in self.units.items())
+
+
+RESOURCE_WAIT_S: Final = 900.0
+"""How long a block waits for its resources that does not say it, seconds."""
+
+
 class Subtree(Struct, frozen=True):
     """A reusable body with its own scope."""
 
@@ -326,5 +345,6 @@ Step = (
     | Switch
     | Request
     | WithAgents
+    | WithResource
 )
 """A step of any kind: a closed union, so that who handles each kind hears of a new one from the type checker."""

@@ -138,14 +138,26 @@ class Station(Struct, frozen=True):
     """Types of machines that may use it; empty: all."""
 
 
+class Resource(Struct, frozen=True):
+    """What only so many tasks use at a time: a lift, a bridge, the bays of a dock. Tasks claim units of it by name."""
+
+    name: str
+    capacity: int = 1
+    """Units, from 1 on."""
+    region: Any = None
+    """Where it is: a machine inside takes up a unit of it (`base.geo.Region`); None = it is nowhere in particular."""
+
+
 class SiteAgent(Struct, frozen=True):
-    """An agent that the site lists: its type, and its own port or station."""
+    """An agent that the site lists: its type, its own port or station, and what its actions would hurt a machine in."""
 
     id: str
     type: str
     home: str = ""
     at: Place | None = None
     """Where it stands: of what never moves; of a ground machine where it begins."""
+    guards: Mapping[str, str] = field(default_factory=dict)
+    """Action -> the resource with a region that must be empty when it begins (`Close: doorway`)."""
 
 
 class Site(Struct, frozen=True):
@@ -160,6 +172,8 @@ class Site(Struct, frozen=True):
     ports: Mapping[str, Port] = field(default_factory=dict)
     places: Mapping[str, Any] = field(default_factory=dict)
     regions: Mapping[str, Any] = field(default_factory=dict)
+    resources: Mapping[str, Resource] = field(default_factory=dict)
+    """What tasks claim with `with_resource`, by name."""
     fence: Any = None
     no_fly: tuple[Any, ...] = ()
     no_go: tuple[Any, ...] = ()

@@ -14,6 +14,7 @@ SITE: Final = (
     Option("ports", "map", "Landing ports: {at, waiting}."),
     Option("places", "map", "Named places."),
     Option("regions", "map", "Named regions: lists of places."),
+    Option("resources", "map", "What only so many tasks use at a time: {capacity, region}."),
     Option("fence", "value", "The region that no flight leaves."),
     Option("no_fly", "value", "Regions that no flight enters."),
     Option("no_go", "value", "Regions that no ground machine enters."),
@@ -90,6 +91,11 @@ AGENT: Final = (
     Option("type", "name", "Its type.", required=True),
     Option("home", "name", "Its own port, or station."),
     Option("at", "value", "Where it stands: of what never moves; of a ground machine where it begins."),
+    Option("guards", "map", "Its actions that begin only while a resource with a region is empty: {Close: doorway}."),
+)
+RESOURCE: Final = (
+    Option("capacity", "value", "Units of it (1).", type="int", least=1, default=1),
+    Option("region", "value", "Where it is: machines inside take it up, and none goes in whose task does not hold it."),
 )
 
 APPROVERS: Final = "approvers"

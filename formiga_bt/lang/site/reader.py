@@ -9,12 +9,12 @@ from formiga_bt.base.endpoints import open_to_others
 from formiga_bt.base.geo import Place
 from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
-from formiga_bt.lang.model import AgentType, Port, Site, SiteAgent, Station
+from formiga_bt.lang.model import AgentType, Port, Resource, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, STATION, TERRAIN, TRANSPORTS, ZENOH
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN, TRANSPORTS, ZENOH
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.text.document import Entry, Scalar
@@ -23,7 +23,9 @@ from formiga_bt.lang.text.reading import (
     fix_word,
     plain,
     quoted_list,
+    read_mapping,
     read_quantity,
+    read_text,
     read_word,
     read_words,
     shorten,
@@ -41,7 +43,8 @@ class SiteReader(Points):
             check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
         ports = {e.key.text: port for e in self.entries("ports") if (port := self._port(e)) is not None}
         stations = {e.key.text: one for e in self.entries("stations") if (one := self._station(e)) is not None}
-        agents = self._agents()
+        resources = {e.key.text: self._resource(e) for e in self.entries("resources")}
+        agents = self._agents(resources)
         pilots = self._pilots()
         heights, relief = self._terrain()
         self.written.no_fly, self.written.no_go = self._shut("no_fly"), self._shut("no_go")
@@ -57,6 +60,7 @@ class SiteReader(Points):
                 one: place for one, entry in self.named.items() if (place := self.place_named(one, entry)) is not None
             },
             regions={one: region for one, node in self.outlines.items() if (region := self.region(node)) is not None},
+            resources=resources,
             fence=self._fence(),
             no_fly=tuple(region for region, _ in self.written.no_fly),
             no_go=tuple(region for region, _ in self.written.no_go),
@@ -204,7 +208,41 @@ class SiteReader(Points):
             self.keys.wrong(key, "E062", what, help_)
         return after
 
-    def _agents(self) -> dict[str, SiteAgent]:
+    def _resource(self, entry: Entry) -> Resource:
+        name = entry.key.text
+        if isinstance(entry.value, Scalar) and not entry.value.text:
+            return Resource(name)  # `lift_1:` alone is one unit
+        keys = read_inside(entry.value, RESOURCE, self.problems, name, f"resource '{name}'")
+        region = self.region(keys["region"].value) if "region" in keys else None
+        return Resource(name, keys.whole("capacity"), region)
+
+    def _guards(self, entry: Entry, of: str, resources: Mapping[str, Resource]) -> dict[str, str]:
+        """Read which actions of an agent begin only while a resource with a region is empty."""
+        mapping = read_mapping(entry.value, self.problems, "guards")
+        known = self.catalogue.types.get(of) if self.catalogue is not None else None
+        found: dict[str, str] = {}
+        for one in mapping.entries if mapping is not None else ():
+            action, at = one.key, read_text(one.value, self.problems, one.key.text)
+            if known is not None and action.text not in known.actions:
+                meant = surely(action.text, known.actions)
+                what = f"{of} has no action '{shorten(action.text)}'{did_you_mean(action.text, known.actions)}"
+                help_ = f"actions: {quoted_list(known.actions)}"
+                self.problems.add("E021", action.mark, what, help_, fix_word(action, meant))
+            if at is None:
+                continue
+            resource = resources.get(at.text)
+            if resource is None:
+                meant = surely(at.text, resources)
+                what = f"no resource is called '{shorten(at.text)}'{did_you_mean(at.text, resources)}"
+                self.problems.add("E110", at.mark, what, f"resources: {quoted_list(resources)}", fix_word(at, meant))
+            elif resource.region is None:
+                what = f"'{at.text}' has no region: nobody can see whether a machine is in it"
+                self.problems.add("E008", at.mark, what, f"give it one under resources: {at.text}: {{region: [..]}}")
+            else:
+                found[action.text] = at.text
+        return found
+
+    def _agents(self, resources: Mapping[str, Resource]) -> dict[str, SiteAgent]:
         found: dict[str, SiteAgent] = {}
         homes: dict[str, str] = {}
         for entry in self.entries("agents"):
@@ -222,7 +260,8 @@ class SiteReader(Points):
                 self._check_where(of, kind, keys)
             if of is not None:
                 stands = at if isinstance(at, Place) else None
-                found[name] = SiteAgent(name, of.text, home.text if home is not None else "", stands)
+                guards = self._guards(keys["guards"], of.text, resources) if "guards" in keys else {}
+                found[name] = SiteAgent(name, of.text, home.text if home is not None else "", stands, guards)
         return found
 
     def _type(self, of: Scalar) -> AgentType | None:

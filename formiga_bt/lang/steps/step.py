@@ -43,8 +43,9 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
-from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
+from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, resources, switches
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.do import as_order
 from formiga_bt.lang.steps.requests import read_request
@@ -90,6 +91,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "break_if": BreakIf,
         "guard": Guard,
         "with_agents": WithAgents,
+        "with_resource": WithResource,
     }
 )
 
@@ -381,5 +383,6 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "break_if": moments.read_break_if,
         "guard": partial(blocks.read_guard, _INSIDE),
         "with_agents": partial(extra.read_with_agents, _INSIDE),
+        "with_resource": partial(resources.read_with_resource, _INSIDE),
     }
 )

@@ -232,6 +232,8 @@ class _Scope:
             case model.WaitFor():
                 found = {"agent": values.name(step.who.name), "event": values.text(step.event)}
                 return found | ({"since": values.text("task")} if step.since_task else {})
+            case model.WithResource():
+                return {"with_resource": values.text(step.said)} | self.exprs({"wait": step.wait})
             case model.Release():
                 return {"release": values.name(step.who.name)}
             case model.Switch():

@@ -203,6 +203,26 @@ class StandingFact(Struct, frozen=True, kw_only=True):
     """Of the wall clock."""
 
 
+class HeldUnits(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Units of a resource that a task holds."""
+
+    task: str
+    units: int = 1
+    since: Micros = 0
+
+
+class ResourceFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A resource of the site: who holds it, which machines are in it, and who waits."""
+
+    name: str
+    capacity: int = 1
+    held: tuple[HeldUnits, ...] = ()
+    inside: tuple[str, ...] = ()
+    """Machines in its region, or on their way in."""
+    waiting: tuple[str, ...] = ()
+    """Tasks, in the order in which they are served."""
+
+
 class Top(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What a person must see first."""
 
@@ -245,6 +265,8 @@ class Now(Struct, frozen=True, kw_only=True):
     """The newest, oldest first."""
     house: tuple[StandingFact, ...] = ()
     """Alarms of the engine's own house that stand: its clock, its runtime folder, its journal."""
+    resources: tuple[ResourceFact, ...] = ()
+    """Of the site, in the order of its file."""
 
 
 class TaskPicture(Struct, frozen=True, kw_only=True):

@@ -37,6 +37,7 @@ from formiga_bt.show.facts import (
     Waiting,
 )
 from formiga_bt.show.history.charting import chart
+from formiga_bt.show.history.holding import resource_facts
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.notes import notes
 from formiga_bt.show.history.records import agent_fact, agents_of, goal_fact, question_fact, task_fact
@@ -136,6 +137,7 @@ class FoldedSource:
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
                 house=house,
+                resources=resource_facts(state, self._site.resources.values()),
             )
 
     def _page(

@@ -31,6 +31,7 @@ SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "for": ("(", ")"),
     "guard": ("(", ")"),
     "with_agents": ("(", ")"),
+    "with_resource": ("(", ")"),
     "call": ("[[", "]]"),
     "ask": (">", "]"),
     "notify": (">", "]"),

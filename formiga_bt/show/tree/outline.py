@@ -51,6 +51,7 @@ BADGES: Final[Mapping[str, Badge]] = {
     "for": Badge("↻", "circle", "for each of a list"),
     "guard": Badge("⚑", "circle", "as long as a condition holds"),
     "with_agents": Badge("+", "circle", "with more agents"),
+    "with_resource": Badge("#", "circle", "with resources of the site"),
 }
 """Kinds with steps inside, as the field draws them."""
 

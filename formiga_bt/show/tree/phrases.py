@@ -134,6 +134,7 @@ def _said_of_parent(
     | model.Guard
     | model.BreakIf
     | model.WithAgents
+    | model.WithResource
     | model.Loop
     | model.For
     | model.Sequence
@@ -150,6 +151,9 @@ def _said_of_parent(
         case model.WithAgents():
             who = ", ".join(f"{role.name}: {_types(role)}" for role in step.roles.values())
             return StyledSpan("with_agents ", "kind"), StyledSpan(who, "agent")
+        case model.WithResource():
+            waits = _bracket([f"waits {source(step.wait)}"] if step.wait else [])
+            return StyledSpan("with_resource ", "kind"), StyledSpan(step.said), *waits
         case model.Loop():
             return StyledSpan(f"{step.kind} ", "kind"), StyledSpan(_how_long(step))
         case model.For():

@@ -9,7 +9,7 @@ from formiga_bt.show.watch.ordering import Ordering
 from formiga_bt.show.watch.palette import Palette
 from formiga_bt.show.watch.pane import LinesPane
 from formiga_bt.show.watch.text import Line, TonedText, clean, line, wrap
-from formiga_bt.show.watch.top import Link, about, top_lines
+from formiga_bt.show.watch.top import Link, about, resource_line, top_lines
 
 
 class DashboardFrame:
@@ -44,7 +44,9 @@ class DashboardFrame:
             gone: a row that was chosen, and is no longer there.
         """
         width, height = size
-        _put(self.top, top_lines(now, link, width, about(now) if now is not None else ""))
+        lines = top_lines(now, link, width, about(now) if now is not None else "")
+        held = resource_line(now, width)
+        _put(self.top, [*lines, held] if held is not None else lines)
         _put(self.reply, self._said(width)[: max(3, height // 3)])
         _put(self.foot, [self._keys(link, find, gone)])
 

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from msgspec import Struct
 
 from formiga_bt.base.clock import SECOND, Micros
-from formiga_bt.show.facts import Now, Top
+from formiga_bt.show.facts import Now, ResourceFact, Top
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.watch.text import Line, TonedText, clean, line, span, width_of
 
@@ -98,3 +98,33 @@ def top_lines(now: Now | None, link: Link, width: int, about: str = "", most: in
     if about and len(done) == 1 and used + 2 + width_of(about) <= width:
         done[0] = (*done[0], TonedText(" " * (width - used - width_of(about)) + about, "calm_bar"))
     return done
+
+
+def resource_line(now: Now | None, width: int) -> Line | None:
+    """Return the row of the resources that somebody holds, is in or waits for; None if there is none, or nobody does.
+
+    RESOURCES lift_1 1/1 Tote-3, 2 wait | bridge 0/1 rover_2 inside
+    """
+    used = [one for one in now.resources if one.held or one.inside or one.waiting] if now is not None else []
+    if not used:
+        return None
+    pieces = [TonedText("RESOURCES ", "bold")]
+    for number, one in enumerate(used):
+        pieces.append(TonedText(f"{' | ' if number else ''}{clean(_said_of(one))}", "warn" if one.waiting else "plain"))
+    kept: list[TonedText] = []
+    room = width
+    for piece in pieces:
+        if width_of(piece.text) > room:
+            break
+        kept.append(piece)
+        room -= width_of(piece.text)
+    return line(*kept)
+
+
+def _said_of(one: ResourceFact) -> str:
+    taken = sum(held.units for held in one.held)
+    words = [f"{one.name} {taken}/{one.capacity}"]
+    words += [held.task for held in one.held]
+    words += [f"{agent} inside" for agent in one.inside]
+    text = " ".join(words)
+    return f"{text}, {len(one.waiting)} wait{'s' if len(one.waiting) == 1 else ''}" if one.waiting else text

@@ -52,6 +52,7 @@ from formiga_bt.nodes.memory import (
     WaitForMem,
     WaitMem,
     WithMem,
+    WithResourceMem,
 )
 
 CAUSES: Final[Mapping[str, str]] = {
@@ -59,6 +60,8 @@ CAUSES: Final[Mapping[str, str]] = {
     "agents.lockdown": "agents, which nobody gets while the site is locked down",
     "agents.not_approved": "agents, which it gets once a person has approved the task",
     "agents.no_pilot": "agents, which it gets once a pilot on duty has room for them",
+    "agents.safe_order": "agents, which another task needs first so that both can end",
+    "resource": "a resource of the site, which others hold or wait for",
     "agents.held": "agents, which it gets once its task is not HELD any more",
     "goal.sent": "an agent has been given a goal and has not confirmed it yet; it is asked again",
     "goal.accepted": "an agent has a goal and has not begun",
@@ -79,6 +82,8 @@ CAUSES: Final[Mapping[str, str]] = {
     "gate.spot_busy": "another machine is on the spot",
     "gate.port_busy": "another machine is at the port",
     "gate.leg_busy": "another machine is in the way",
+    "gate.resource_busy": "a resource that the way leads through has no room",
+    "gate.no_claim": "the way leads through a resource that the task does not hold",
     "question": "people have not answered yet",
     "time": "a time has not passed yet: of a `wait`, of a round, before the next attempt",
     "condition": "a condition of a `wait_until` is not true yet",
@@ -183,7 +188,7 @@ class _Waits:
             case RequestMem(child):
                 found = self.state.tasks.get(child)
                 yield Cause("task" if found is not None and not found.ended else "", key, child)
-            case WithMem("waits"):
+            case WithMem("waits") | WithResourceMem("waits"):
                 yield self._block(key)
             case WithMem("releases", agents):
                 names = [name for group in agents.values() for name in group if name in self.task.agents.releasing]
@@ -226,6 +231,9 @@ class _Waits:
     def _request(self, request: AgentRequest | None, at: str) -> Cause:
         if request is None:
             return Cause("", at, "its request")
+        if request.units:
+            looked = request.task in self.state.explanations or AllocationDue() in self.state.deadlines
+            return Cause("resource" if looked else "", at, request.task)
         for verdict in self.state.explanations.get(request.task, ()):
             if not verdict.role:
                 return Cause(f"agents.{verdict.code}", at, request.task)
@@ -280,6 +288,8 @@ class _Waits:
                 return self._clearance(goal)
             case "leg_busy" | "spot_busy" | "port_busy":
                 return goal.text in state.agents
+            case "resource_busy" | "no_claim":
+                return bool(goal.text)
         return False
 
     def _clearance(self, goal: GoalRecord) -> bool:

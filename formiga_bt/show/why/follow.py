@@ -32,6 +32,17 @@ def behind_gate(scene: WhyScene, goal: GoalRecord, seen: Seen = ()) -> Iterator[
         yield from behind_machine(scene, goal.text, (*seen, goal.agent))
     elif goal.state == "gated" and goal.code == "clearance":
         yield from clearance_asked(scene, goal.agent)
+    elif goal.state == "gated" and goal.code == "resource_busy":
+        yield from _behind_resource(scene, goal, seen)
+
+
+def _behind_resource(scene: WhyScene, goal: GoalRecord, seen: Seen) -> Iterator[Because]:
+    """Tell of those that take up the resource that a way leads through."""
+    for one in goal.text.partition(": ")[2].split(", "):
+        if one in scene.state.agents:
+            yield from behind_machine(scene, one, (*seen, goal.agent))
+        elif one in scene.state.tasks:
+            yield from behind_task(scene, scene.state.tasks[one], seen)
 
 
 def clearance_asked(scene: WhyScene, agent_id: str) -> Iterator[Because]:
@@ -145,7 +156,8 @@ def _idle(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell of a task none of whose agents has a goal."""
     for request in scene.state.requests.values():
         if request.node and request.holder == task.id:
-            text = f"{task.id} waits for more agents since {span(scene.now - request.at)}"
+            what = ", ".join(request.units) or "more agents"
+            text = f"{task.id} waits for {what} since {span(scene.now - request.at)}"
             yield Because("wants", text, f"formiga why {task.id}")
             return
     for line in waits(scene, task):

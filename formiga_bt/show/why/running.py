@@ -9,6 +9,7 @@ from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, questions
+from formiga_bt.show.why.resources import claims_asked, held, wanted
 from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.waiting import asked
 from formiga_bt.show.why.waits import waits
@@ -26,7 +27,11 @@ def running(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
             if goal.code != "clearance":  # its question is told above
                 yield from deeper(behind_gate(scene, goal))
     for request in state.requests.values():
-        if request.node and request.holder == task.id:
+        if request.units and request.holder == task.id:
+            since = span(scene.now - request.at)
+            yield Because("wants", f"{scene.place(task, request.node)} waits for {wanted(request)} since {since}")
+            yield from deeper(claims_asked(scene, request))
+        elif request.node and request.holder == task.id:
             since = span(scene.now - request.at)
             yield Because("wants", f"{scene.place(task, request.node)} waits for its agents since {since}")
             yield from deeper(asked(scene, request))
@@ -41,6 +46,7 @@ def running(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
         yield Because("child", f"its task {child.id} is {child.status}{words}", f"formiga why {child.id}")
         yield from deeper(behind_task(scene, child, (task.id,)))
     yield from waits(scene, task)
+    yield from held(scene, task)
     yield from _throttled(scene, task)
     yield from _limits(scene, task)
     if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome.status:

@@ -52,8 +52,16 @@ BLOCKED: Final[Mapping[str, str]] = {
     "not_approved": "it may not fly: {detail}",
     "no_pilot": "it has no pilot: {detail}",
     "held": "the task is held ({detail})",
+    "safe_order": "if it had this now, {detail} might wait for ever; {detail} goes first",
 }
 """What keeps a request from being granted whoever is free."""
+
+CLAIMS: Final[Mapping[str, str]] = {
+    **BLOCKED,
+    "resource_busy": "not enough of it is free: {detail}",
+    "resource_queue": "another block waits for the same before it: {detail}",
+}
+"""What keeps a block from getting its resources."""
 
 BLOCKED_HINTS: Final[Mapping[str, str]] = {"no_pilot": "formiga duty PILOT on"}
 
@@ -73,6 +81,8 @@ GATE: Final[Mapping[str, str]] = {
     "draining": "waits for the end of a former goal ({text})",
     "held": "waits: its task is held",
     "reconcile": "waits until it is known what {text} did while the engine was away",
+    "resource_busy": "waits for room in {text}",
+    "no_claim": "waits: its way leads through {text}, which its task does not hold",
     "rebooted": "waits: {text} was started anew, and nobody has looked at it since: formiga agents clear {text}",
 }
 """Why a goal waits at the gate, after `agent.Action`."""
@@ -115,6 +125,9 @@ REASONS: Final[Mapping[str, str]] = {
     "aborted": "a person ended it",
     "restarted": "a person has it begin anew",
     "preempted": "a more urgent task took its agents",
+    "resource_timeout": "a block got its resources not in time",
+    "no_resource": "this site does not have the resources that a block asks for",
+    "occupied": "a machine was in what an action would shut",
     "at_port": "a machine stood at its port, so that nothing was left of its way home",
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",

@@ -35,7 +35,8 @@ def read(name: str, catalogue: Catalogue) -> tuple[list[Diagnostic], str]:
     elif name.startswith("catalogue_"):
         _, found, sources = load_catalogue([path])
     else:
-        site = load_site(ROOT / "trees" / "demo-site.yaml", catalogue)[0] if "of_site" in name else None
+        file = ROOT / "trees" / "demo-site.yaml" if "of_site" in name else MUSEUM / "catalogue" / "hall-site.yaml"
+        site = load_site(file, catalogue)[0] if "of_site" in name or "of_hall" in name else None
         loaded = load_task(path, catalogue=catalogue, site=site)
         found, sources = loaded.diagnostics, dict(loaded.sources)
         assert (loaded.task is None) == any(d.severity == "error" for d in found)

@@ -56,11 +56,12 @@ from formiga_bt.lang.model import (
     WaitFor,
     WaitUntil,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import orders
 
-_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents)
+_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents, WithResource)
 
 
 class Interpreter(Doing):
@@ -173,6 +174,9 @@ class Interpreter(Doing):
                 return self._release(step, sky, here)
             case WithAgents():
                 return self._with_agents(step, sky, here)
+            case WithResource():
+                ends = self._steps(step.steps, sky, here)
+                return replace(ends, failure=join(ends.failure, failing(sky, step.mark, here)))
             case Wait() | Set() | Notify():
                 return Outcomes(sky, None)
             case _:

@@ -27,6 +27,7 @@ from formiga_bt.lang.model import (
     Switch,
     Task,
     WithAgents,
+    WithResource,
 )
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import commands, plain_name
@@ -69,7 +70,7 @@ class _Landings:
                 case Sequence():
                     self.follow(step.steps, inner, names, call)
                     self.follow(step.finally_, dict(inner), names, call)
-                case Guard():
+                case Guard() | WithResource():
                     self.follow(step.steps, inner, names, call)
                 case WithAgents():
                     inner.update(at_home(step.roles.values()))
