@@ -52,10 +52,14 @@ def _flight(role: str, height: int = 40) -> str:
     return f"{{{OVER.format(role, height)}}}, {{wait: 5 s}}, {{{HOME.format(role)}}}"
 
 
+def _block(name: str, steps: str) -> str:
+    return f"{{with_resource: {name}, wait: 20 min, steps: [{steps}]}}"
+
+
 TEXTS: Final = (
-    _task("Look", f"{{with_resource: strait, wait: 20 min, steps: [{_flight('drone')}]}}"),
-    _task("Left", f"{{with_resource: strait, wait: 20 min, steps: [{{with_resource: mast, wait: 20 min, steps: [{_flight('drone')}]}}]}}"),
-    _task("Right", f"{{with_resource: mast, wait: 20 min, steps: [{{wait: 1 s}}, {{with_resource: strait, wait: 20 min, steps: [{_flight('drone')}]}}]}}"),
+    _task("Look", _block("strait", _flight("drone"))),
+    _task("Left", _block("strait", _block("mast", _flight("drone")))),
+    _task("Right", _block("mast", "{wait: 1 s}, " + _block("strait", _flight("drone")))),
     _task(
         "Pair",
         "{with_resource: strait, wait: 20 min, steps: [{parallel: [{sequence: ["

@@ -12,7 +12,7 @@ from formiga_bt.engine.allocator.demand import Demand, demand_of
 from formiga_bt.engine.allocator.safe_order import Job, left_waiting
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, AgentRequest, TaskRecord
-from formiga_bt.lang.model import WithResource
+from formiga_bt.lang.model import Port, Station, WithResource
 from formiga_bt.lang.places import steps_around
 
 Roles = Mapping[str, tuple[str, ...]]
@@ -180,7 +180,7 @@ class Holders:
     def _ways_home(self, task: TaskRecord) -> Demand:
         """Return the resources on the straight ways home of a task's machines, which they need if it ends now."""
         core, found = self._core, Demand()
-        homes = {**core.site.ports, **core.site.stations}
+        homes: dict[str, Port | Station] = {**core.site.ports, **core.site.stations}
         for agent in core.state.agents.values():
             home = homes.get(agent.home)
             if agent.task != task.id or agent.human or agent.position is None or home is None:
