@@ -57,6 +57,7 @@ def _block(name: str, steps: str) -> str:
 
 
 TEXTS: Final = (
+    _task("Bare", _flight("drone")),
     _task("Look", _block("strait", _flight("drone"))),
     _task("Left", _block("strait", _block("mast", _flight("drone")))),
     _task("Right", _block("mast", "{wait: 1 s}, " + _block("strait", _flight("drone")))),
