@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 RULES: Final = {
     "two_tasks": "no machine is held by two tasks, none belongs to a task that has ended",
+    "claims": "no more units of a resource are held than there are, and none by a task that has ended",
     "ended": "a task that has ended stays as it ended",
     "wait": "whatever a task waits for is of the closed list, and still stands",
     "wake": "who has something to do is woken in that very step",
@@ -238,8 +239,19 @@ class Invariants:
                 self.tell(
                     "exception", f"{task.id} ({task.name}) ends {task.outcome.code}: {task.outcome.reason}", task.id
                 )
+        if task.resources.claims:
+            self._claims(task)
         if before is None or before.agents.roles is not task.agents.roles or before.section != task.section:
             self._hold(task, before)
+
+    def _claims(self, task: TaskRecord) -> None:
+        if task.section == "done":
+            self.tell("claims", f"{task.id} has ended, and holds {task.resources.units}")
+        resources = self.world.engine.core.site.resources
+        for name in task.resources.units:
+            held = sum(self.state.tasks[one].resources.units.get(name, 0) for one in self._open)
+            if name not in resources or held > resources[name].capacity:
+                self.tell("claims", f"{held} of {name} are held")
 
     def _hold(self, task: TaskRecord, before: TaskRecord | None) -> None:
         if task.system.agent:

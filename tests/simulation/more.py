@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
-from tests.simulation.trees import MORE_TREES, TREES
+from tests.simulation.trees import HELD_TREES, MORE_TREES, TREES
 
 if TYPE_CHECKING:
-    from tests.simulation.plan import Deed, Plan
+    from tests.simulation.plan import Ask, Deed, Plan
 
 MORE_FROM: Final = 1000
 """The first seed that draws these."""
 UNSURE_FROM: Final = 40_000
 """The first seed whose drones do not always know whether they stand."""
+HOLDING_FROM: Final = 50_000
+"""The first seed whose random trees hold resources of the site."""
 STILL_FROM: Final = 30_000
 """The first seed whose engine's process may stand still."""
 PILOTS: Final = {"ann": 3, "bo": 2}
@@ -43,6 +45,8 @@ def more(drawn: "Plan") -> "Plan":
         else ask
         for ask in drawn.asks
     )
+    if drawn.seed >= HOLDING_FROM:
+        asks = tuple(_holding(Random(f"simulation/holding/{drawn.seed}/{n}"), ask) for n, ask in enumerate(asks))
     deeds: list[Deed] = []
     for _ in range(dice.randint(2, 5)):
         story = dice.choice(RARE) if dice.random() < 0.04 else dice.choice(STORIES)
@@ -61,6 +65,12 @@ def more(drawn: "Plan") -> "Plan":
         deeds += _unsure(Random(f"simulation/unsure/{drawn.seed}"), lasts, machines)
     deeds = sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)
     return replace(drawn, asks=asks, deeds=tuple(deeds), real=real, ahead=ahead)
+
+
+def _holding(dice: Random, ask: "Ask") -> "Ask":
+    """Return a request, of a random tree mostly of one that holds resources."""
+    held = ask.task.startswith("Tree") and dice.random() < 0.8
+    return replace(ask, task=f"Tree{TREES + MORE_TREES + dice.randrange(HELD_TREES)}") if held else ask
 
 
 def _words(dice: Random, tasks: Sequence[str], lasts: float) -> list["Deed"]:

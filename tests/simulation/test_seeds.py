@@ -12,7 +12,7 @@ import pytest
 from tests.shares import in_ci
 from tests.simulation import runs
 from tests.simulation.invariants import Violation
-from tests.simulation.more import MORE_FROM, STILL_FROM, UNSURE_FROM
+from tests.simulation.more import HOLDING_FROM, MORE_FROM, STILL_FROM, UNSURE_FROM
 from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan, plan_without
 from tests.simulation.runs import Report, play
 
@@ -59,6 +59,10 @@ def test_it_holds_with_rarer_faults() -> None:
     some = [next(n for n in first if plan(n).real), next(n for n in first if plan(n).ahead), MORE_FROM]
 
     assert violated(some) == []
+
+
+def test_it_holds_with_trees_that_hold_resources() -> None:
+    assert violated(range(HOLDING_FROM, HOLDING_FROM + 3)) == []
 
 
 def test_seeds_with_rarer_faults_draw_what_the_others_do_and_more() -> None:

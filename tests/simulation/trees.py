@@ -6,11 +6,13 @@ Each ends by itself within two minutes if nothing goes wrong. What the checker r
 import json
 from functools import cache
 from random import Random
-from typing import Any
+from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_site, load_task_text
-from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.model import Resource, Site, Task
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 
 TEN = (
@@ -24,6 +26,9 @@ TREES = 300
 """So many random trees there are."""
 MORE_TREES = 150
 """So many more, with rarer steps, have the numbers from `TREES` on."""
+HELD_TREES = 90
+"""So many more, with blocks that hold resources of the site, have the numbers after those."""
+RESOURCES: Final = {"lift": Resource("lift", 1), "bay": Resource("bay", 2)}
 Step = dict[str, Any]
 
 
@@ -32,7 +37,7 @@ def ten_site() -> Site:
     """Return the site of the ten missions."""
     site, found, _ = load_site(folder("trees") / "ten-site.yaml")
     assert site is not None, found
-    return site
+    return replace(site, resources=RESOURCES)
 
 
 @cache
@@ -44,7 +49,7 @@ def task_of(name: str) -> Task:
 def _drawn(number: int) -> Task:
     _, catalogue = packaged_world()
     for attempt in range(100):
-        drawing = _Drawing if number < TREES else _Rarer
+        drawing = _Drawing if number < TREES else _Rarer if number < TREES + MORE_TREES else _Holding
         text = json.dumps(drawing(Random(f"tree/{number}/{attempt}")).task(f"Tree{number}"), indent=1)
         loaded = load_task_text(text, f"tree{number}.yaml", catalogue=catalogue, site=ten_site())
         if loaded.task is not None:
@@ -249,3 +254,29 @@ class _Rarer(_Drawing):
                 }
                 return {"parallel": [cleanup, {"wait": f"{dice.randint(1, 10)} s"}], "need": "any"}
         return super().block(role, depth)
+
+
+class _Holding(_Drawing):
+    """A tree whose steps, or a part of them, stand in a block with resources; some take both in opposite orders."""
+
+    def task(self, name: str) -> dict[str, Any]:
+        task = super().task(name)
+        dice = self.dice
+        first, second = dice.choice((("lift", "bay"), ("bay", "lift")))
+        inside: Step = {"with_resource": second, "wait": f"{dice.randint(20, 120)} s", "steps": task["steps"]}
+        before: Step = {
+            "with_resource": first,
+            "wait": f"{dice.randint(5, 60)} s",
+            "steps": [{"wait": f"{dice.randint(1, 9)} s"}],
+        }
+        retry = self.maybe(0.3, retry={"attempts": 2, "delay": "3 s"})
+        match dice.choice(("one", "nested", "both", "caught")):
+            case "one":
+                steps = [before, inside | retry]
+            case "nested":
+                steps = [{**before, "steps": [*before["steps"], inside]}]
+            case "both":
+                steps = [{**inside, "with_resource": ["lift", {"bay": dice.choice((1, 2))}]}]
+            case _:
+                steps = [{**before, "timeout": "30 s", "ignore_failure": True}, inside]
+        return task | {"steps": steps}
