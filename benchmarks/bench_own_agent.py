@@ -55,7 +55,7 @@ card = {"id": "mule_1", "type": "mule", "boot_id": "b", "wire": 2, "mobility": "
 def on_goal(query):
     goal = json.loads(query.payload.to_bytes())["goal_id"]
     event = {"goal_id": goal, "agent": "mule_1", "state": "accepted", "n": 1}
-    query.reply(me + "action/any/goal", json.dumps(event))
+    query.reply(str(query.key_expr), json.dumps(event))
     status["seq"] += 1
     session.put(me + "action/Drive/event", json.dumps({**event, "state": "succeeded", "n": 2, "status": status}), express=True)
 
@@ -157,6 +157,7 @@ def first_goal_s() -> tuple[float, int]:
         engine, agent = call(folder, *up), call(folder, "mule.py")
         try:
             while not list(folder.glob(".formiga/*/engine.json")):
+                assert engine.poll() is None, "the engine did not start"
                 time.sleep(0.01)
             run = call(folder, "-m", "formiga_bt", "run", "TryMule", "--follow")
             assert run.wait(60) == 0, "the first goal failed"

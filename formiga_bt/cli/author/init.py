@@ -89,7 +89,7 @@ def command(
 ) -> None:
     """Make a folder to start from: site.yaml with named places, and trees/hello.yaml, a first task that flies."""
     files = {
-        folder / "site.yaml": SITE.format(name=_name(folder)),
+        folder / "site.yaml": SITE.format(name=site_name(folder)),
         folder / "trees" / "hello.yaml": HELLO,
         folder / ".gitignore": ".formiga/\n",
     }
@@ -111,8 +111,9 @@ def command(
     show_next(f"{first}formiga up --sim", f"{first}formiga dryrun trees/hello.yaml --site site.yaml")
 
 
-def _name(folder: Path) -> str:
+def site_name(folder: Path) -> str:
+    """Return a name for the site of a folder: that of the folder, as far as it can be one."""
     plain = unicodedata.normalize("NFKD", folder.resolve().name)
     plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    word = re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")
+    word = re.sub(r"[^A-Za-z0-9_]+", "_", plain).strip("_")
     return word if re.match(r"[A-Za-z]", word) else f"site_{word}".rstrip("_")

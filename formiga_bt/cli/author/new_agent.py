@@ -11,6 +11,7 @@ from typing import Final
 
 import typer
 
+from formiga_bt.cli.author.init import site_name
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_world
 from formiga_bt.cli.printing import show_next
 from formiga_bt.lang.model import ActionSpec, AgentType
@@ -133,9 +134,7 @@ def _site_of(site_file: Path, root: Path) -> tuple[str, str]:
     text = site_file.read_text(encoding="utf-8") if site_file.exists() else ""
     name = re.search(r"^name:\s*([A-Za-z][\w-]*)", text, re.MULTILINE)
     listen = re.search(r"listen:\s*[\"']?([^\s\"'},]+)", text)
-    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", root.resolve().name).strip("_-")
-    made = plain if re.match(r"[A-Za-z]", plain) else "yard"
-    return name[1] if name else made, listen[1] if listen else "tcp/127.0.0.1:7447"
+    return name[1] if name else site_name(root), listen[1] if listen else "tcp/127.0.0.1:7447"
 
 
 def _camel(kind: str) -> str:

@@ -15,6 +15,7 @@ from tests.golden import Wording
         ("Grünäcker", "Grunacker", "cd Grünäcker && "),
         ("-x", "x", "cd -- -x && "),
         ("a;b", "a_b", "cd 'a;b' && "),
+        ("my-site", "my_site", "cd my-site && "),
         ("7", "site_7", "cd 7 && "),
     ],
 )
