@@ -139,7 +139,7 @@ class Fleet:
             initial=status.initial_deployment or agent.initial or status.position,
             landed=status.landed,
             stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
-            inside=agent.inside if agent.human else self._passages.seen(agent, status.position),
+            inside=self._passages.seen(agent, status.position),
             lost_leg=None if status.landed == "grounded" else agent.lost_leg,
             lost_area=None if status.landed == "grounded" else agent.lost_area,
             control=status.control,

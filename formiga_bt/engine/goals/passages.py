@@ -8,6 +8,7 @@ loss and the way home, and through a restart of the engine. Decides nothing itse
 from typing import Final
 
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m, outline_of, regions_meet, way_gap_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.resource_use import use_of
@@ -52,13 +53,15 @@ class Passages:
 
     def taken(self, agent: AgentRecord, ask: GateInput) -> tuple[str, ...]:
         """Return the resources that a machine takes up once a goal has left."""
+        if agent.mobility not in MOVING:
+            return ()
         new = [one.name for one in self._placed if self._passage(one, agent, ask) is not None]
         return tuple(dict.fromkeys((*agent.inside, *new)))
 
     def seen(self, agent: AgentRecord, position: Position | None) -> tuple[str, ...]:
         """Return the resources that a machine takes up, by where it says it is now."""
-        if not self._placed or position is None:
-            return agent.inside
+        if not self._placed or position is None or agent.mobility not in MOVING:
+            return agent.inside  # a door stands in its own doorway, and fills nothing
         goal = self._core.state.goals.get(agent.goal)
         found = []
         for one in self._placed:

@@ -157,8 +157,15 @@ class _Writer:
         if isinstance(node, Scalar):
             return self._word(node)
         if isinstance(node, Listing):
-            return f"[{', '.join(map(self._flow, node.items))}]"
-        return f"{{{', '.join(f'{self._key(e.key)}: {self._flow(e.value)}' for e in node.entries)}}}"
+            return f"[{', '.join(map(self._item, node.items))}]"
+        return f"{{{self._pairs(node)}}}"
+
+    def _item(self, node: Node) -> str:
+        """Return an item of a flow list; a pair without braces, as in `[lift_1, dock_bay: 2]`, stays so."""
+        return self._pairs(node) if isinstance(node, Mapping_) and not self._is_flow(node) else self._flow(node)
+
+    def _pairs(self, node: Mapping_) -> str:
+        return ", ".join(f"{self._key(e.key)}: {self._flow(e.value)}" for e in node.entries)
 
     # --- scalars -------------------------------------------------------------------------------------------------
 
