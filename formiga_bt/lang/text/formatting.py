@@ -161,8 +161,12 @@ class _Writer:
         return f"{{{self._pairs(node)}}}"
 
     def _item(self, node: Node) -> str:
-        """Return an item of a flow list; a pair without braces, as in `[lift_1, dock_bay: 2]`, stays so."""
-        return self._pairs(node) if isinstance(node, Mapping_) and not self._is_flow(node) else self._flow(node)
+        """Return an item of a flow list; a name with a number has no braces, as in `[lift_1, dock_bay: 2]`."""
+        if isinstance(node, Mapping_) and len(node.entries) == 1:
+            number = node.entries[0].value
+            if isinstance(number, Scalar) and number.text.isdigit():
+                return self._pairs(node)
+        return self._flow(node)
 
     def _pairs(self, node: Mapping_) -> str:
         return ", ".join(f"{self._key(e.key)}: {self._flow(e.value)}" for e in node.entries)
