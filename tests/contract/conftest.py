@@ -6,7 +6,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from rigs import MemoryRig, Rig, ZenohRig
+from rigs import MemoryRig, PlainZenohRig, Rig, ZenohRig
 
 
 @pytest.fixture(scope="module")
@@ -17,10 +17,21 @@ def zenoh_rig() -> Iterator[ZenohRig]:
     rig.close()
 
 
-@pytest.fixture(params=["memory", pytest.param("zenoh", marks=pytest.mark.network)])
+@pytest.fixture(scope="module")
+def plain_rig() -> Iterator[ZenohRig]:
+    """The same engine's end, with peers that know nothing of formiga_bt."""
+    rig = PlainZenohRig()
+    yield rig
+    rig.close()
+
+
+NETWORK = {"zenoh": "zenoh_rig", "plain": "plain_rig"}
+
+
+@pytest.fixture(params=["memory", *(pytest.param(one, marks=pytest.mark.network) for one in NETWORK)])
 def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
-    if request.param == "zenoh":
-        shared = request.getfixturevalue("zenoh_rig")
+    if request.param in NETWORK:
+        shared = request.getfixturevalue(NETWORK[request.param])
         shared.log.clear()
         yield shared
     else:

@@ -225,10 +225,13 @@ class MemoryRig(Rig):
 
 
 class ZenohRig(Rig):
+    script = Path(scripted.__file__)
+    """What its peers run."""
+
     def __init__(self) -> None:
         super().__init__()
         self.woken = threading.Event()
-        self.site = f"test{os.getpid()}"
+        self.site = f"{type(self).__name__}{os.getpid()}"
         self.zenoh = ZenohTransport(
             self.site, listen="tcp/127.0.0.1:0", reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS
         )
@@ -237,9 +240,8 @@ class ZenohRig(Rig):
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, agent: str, boot_id: str) -> None:
-        script = Path(scripted.__file__)
         arguments = [self.site, self.zenoh.endpoint, "drone", agent, boot_id, str(LEASE_MS)]
-        self.running[agent] = subprocess.Popen([sys.executable, str(script), *arguments])
+        self.running[agent] = subprocess.Popen([sys.executable, str(self.script), *arguments])
 
     def kill(self, agent: str) -> None:
         process = self.running.pop(agent)
@@ -266,3 +268,9 @@ class ZenohRig(Rig):
         for agent in tuple(self.running):
             self.kill(agent)
         self.transport.close()
+
+
+class PlainZenohRig(ZenohRig):
+    """Its peers are written from docs/wire.md alone."""
+
+    script = Path(scripted.__file__).with_name("plain_peer.py")
