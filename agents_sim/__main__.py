@@ -17,9 +17,11 @@ from typing import Any
 import msgspec
 
 from agents_sim.faults import Order
+from agents_sim.kinds import Kind, Outcome
 from agents_sim.lines import say
+from agents_sim.shipped import KINDS
 from agents_sim.spec import AgentSpec
-from formiga_bt.base.errors import TransportError
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.geo import Place, Position
 
 
@@ -27,7 +29,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Read the command line; exits with a message if it is wrong."""
     parser = argparse.ArgumentParser(prog="python -m agents_sim", description="One simulated agent over Zenoh.")
     parser.add_argument("--id", required=True, help="the agent's id, for example hwd_1")
-    parser.add_argument("--type", required=True, help="lwd, hwd, picker, watcher; others with --kind")
+    parser.add_argument("--type", required=True, help=f"{', '.join(KINDS)}; others with --does or --kind")
     parser.add_argument("--kind", choices=["drone", "person"], default="", help="what an unknown type is")
     parser.add_argument("--site", required=True, help="the site's name")
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="the engine's endpoint (%(default)s)")
@@ -37,6 +39,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--limits", default="", help="overrides, for example speed_m_s=10,climb_m_s=3")
     parser.add_argument(
         "--script", default="[]", help='a person\'s answers, JSON: [{"match": "*", "options": ["yes"]}]'
+    )
+    parser.add_argument("--does", default="", help="what the catalogue says of its type, JSON of kinds.Kind")
+    parser.add_argument("--outcomes", default="[]", help="what is to become of its goals, JSON of kinds.Outcome")
+    parser.add_argument("--seed", type=int, default=0, help="of how long things last (%(default)s)")
+    parser.add_argument(
+        "--chargers", default="", help="where it charges besides its home: places east,north joined by ;"
     )
     parser.add_argument("--walk", default="", help="a person's way: places east,north joined by ;")
     parser.add_argument("--base", default="", help="latitude,longitude of the base, to report both")
@@ -69,7 +77,7 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         ValueError: a value cannot be read.
     """
     at = read_point(options.at)
-    home = read_point(options.home) if options.home else at
+    home = read_point(options.home) if options.home else None if options.does else at
     wind = read_place(options.wind)
     limits = dict(pair.split("=", 1) for pair in options.limits.split(",") if pair)
     return AgentSpec(
@@ -77,10 +85,14 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         type=options.type,
         at=at,
         battery=options.battery,
-        home=home if isinstance(home, Place) else home.ground,
+        home=home.ground if isinstance(home, Position) else home,
         limits={name: float(number) for name, number in limits.items()},
         script=tuple(json.loads(options.script)),
         kind=options.kind,
+        does=_decoded(options.does, Kind, "--does") if options.does else None,
+        outcomes=_decoded(options.outcomes, tuple[Outcome, ...], "--outcomes"),
+        seed=options.seed,
+        chargers=tuple(read_place(point) for point in options.chargers.split(";") if point),
         walk=tuple(read_place(point) for point in options.walk.split(";") if point),
         base=read_degrees(options.base) if options.base else None,
         wind=(wind.east_m, wind.north_m),
@@ -88,6 +100,13 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         cut=options.cut,
         on_link_loss=options.on_link_loss,
     )
+
+
+def _decoded(text: str, kind: Any, option: str) -> Any:
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except msgspec.DecodeError as error:
+        raise ValueError(f"{option} cannot be read: {error}") from error
 
 
 def read_point(text: str) -> Place | Position:
@@ -185,7 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             read_spec(options), site=options.site, connect=options.connect, state_dir=options.state_dir
         )
         agent.run(wishes.is_stopping, wishes.orders)
-    except (ValueError, OSError, TransportError) as error:
+    except (ValueError, OSError, FormigaError) as error:
         say(f"agents_sim: {options.id}: {error}")
         return 1
     return 0

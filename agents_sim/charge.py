@@ -1,25 +1,29 @@
-"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.base.energy`) uses the same limits."""
+"""What a machine's motion costs in charge; the engine's estimate (`formiga_bt.base.energy`) uses the same limits."""
 
-from agents_sim.limits import DroneLimits
+from collections.abc import Iterable
+
+from agents_sim.limits import DroneLimits, MachineLimits
 from agents_sim.motion import MotionKind, Segment
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, horizontal_m
 
 AT_HOME_M = 2.0
-"""A drone at rest charges when it is this near its home, horizontally."""
+"""A machine at rest charges when it is this near its home, or another charger, horizontally."""
 
 
 def drain_percent_s(
-    limits: DroneLimits, kind: MotionKind, way: Segment, home: Place | None, payload_kg: float
+    limits: MachineLimits, kind: MotionKind, way: Segment, chargers: Iterable[Place], payload_kg: float
 ) -> float:
     """Return the points of charge lost a second during a segment; negative while it charges.
 
     A leg that gains height drains more, for as long as the climb alone would take. A fall costs nothing.
     """
     if kind == "rest":
-        at_home = home is not None and horizontal_m(home, way.p1) <= AT_HOME_M
-        return -limits.charge_percent_s if at_home else 0.0
-    if kind == "fall":
+        charges = any(horizontal_m(place, way.p1) <= AT_HOME_M for place in chargers)
+        return -limits.charge_percent_s if charges else 0.0
+    if kind == "drive":
+        return limits.drive_drain_pct_s
+    if kind == "fall" or not isinstance(limits, DroneLimits):
         return 0.0
     load = payload_kg * limits.payload_drain_pct_kg_s
     if kind == "hover":

@@ -12,13 +12,10 @@ from typing import Final, Literal, Protocol
 import msgspec
 from msgspec import Struct
 
-from agents_sim.drone import Drone
-from agents_sim.person import Person
+from agents_sim.body import Body
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.transport.base import AgentLink
 from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
-
-Body = Drone | Person
 
 OrderKind = Literal[
     "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm",
@@ -175,22 +172,17 @@ def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
             body.confirms_cancel = not order.on
         case "event":
             body.tell(order.event)
-        case "take_over" if isinstance(body, Drone):
+        case "take_over":
             body.take_over()
-        case "hand_back" if isinstance(body, Drone):
+        case "hand_back":
             body.hand_back()
-        case "battery" if isinstance(body, Drone):
+        case "battery":
             body.set_battery(order.percent)
-        case "wind" if isinstance(body, Drone):
+        case "wind":
             body.set_wind((order.east, order.north))
-        case "drift" if isinstance(body, Drone):
-            body.drift = (order.east, order.north) if order.on else (0.0, 0.0)
-            body.report()
-        case "unsure" if isinstance(body, Drone):
-            body.is_unsure = order.on
-            body.report()
-        case "preflight" if isinstance(body, Drone):
-            body.broken.pop(order.check, None)
-            if order.on:
-                body.broken[order.check] = order.text
-            body.report()
+        case "drift":
+            body.set_drift(*((order.east, order.north) if order.on else (0.0, 0.0)))
+        case "unsure":
+            body.set_unsure(order.on)
+        case "preflight":
+            body.set_broken(order.check, order.text if order.on else None)

@@ -18,10 +18,11 @@ from typing import IO, Final, Self
 
 import msgspec
 
+from agents_sim.bodies import check_spec
 from agents_sim.faults import Order
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
-from agents_sim.spec import AgentSpec, check_spec
+from agents_sim.spec import AgentSpec
 from formiga_bt.base.geo import Place
 
 END_S: Final = 5.0
@@ -46,6 +47,14 @@ def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path) -> lis
         words += [f"--home={_numbers([spec.home.east_m, spec.home.north_m])}"]
     if spec.limits:
         words += ["--limits", ",".join(f"{name}={float(number)!r}" for name, number in sorted(spec.limits.items()))]
+    if spec.does is not None:
+        words += ["--does", msgspec.json.encode(spec.does).decode()]
+    if spec.outcomes:
+        words += ["--outcomes", msgspec.json.encode(spec.outcomes).decode()]
+    if spec.seed:
+        words += ["--seed", str(spec.seed)]
+    if spec.chargers:
+        words += ["--chargers=" + ";".join(_numbers([place.east_m, place.north_m]) for place in spec.chargers)]
     if spec.script:
         words += ["--script", json.dumps([dict(rule) for rule in spec.script])]
     if spec.walk:

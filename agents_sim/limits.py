@@ -6,7 +6,7 @@ A drone's numbers go out on its card under these names. The defaults give 25 to 
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final, Self
+from typing import ClassVar, Final, Self
 
 import msgspec
 from msgspec import Struct
@@ -14,6 +14,17 @@ from msgspec import Struct
 
 class Limits(Struct, frozen=True, kw_only=True):
     """Numbers by name that a spec may override."""
+
+    calls: ClassVar[Mapping[str, str]] = MappingProxyType({"charge_pct_s": "charge_percent_s"})
+    """Names of the catalogue that a body calls otherwise."""
+
+    def of_type(self, said: Mapping[str, float]) -> Self:
+        """Return these limits with the numbers that the catalogue says of the type, as far as they are of a body."""
+        known = {self.calls.get(name, name): number for name, number in said.items()}
+        known = {name: number for name, number in known.items() if name in self.__struct_fields__}
+        return self.replaced(
+            {name: number for name, number in known.items() if number > 0.0 or not name.endswith("_m_s")}
+        )
 
     def replaced(self, changes: Mapping[str, float]) -> Self:
         """Return these limits with some replaced.
@@ -30,8 +41,24 @@ class Limits(Struct, frozen=True, kw_only=True):
         return msgspec.structs.replace(self, **changes)
 
 
-class DroneLimits(Limits, frozen=True, kw_only=True):
-    """Limits of one drone; percent are points of charge, 0..100."""
+class MachineLimits(Limits, frozen=True, kw_only=True):
+    """Limits of one machine; percent are points of charge, 0..100."""
+
+    speed_m_s: float = 1.0
+    drive_drain_pct_s: float = 0.0
+    charge_percent_s: float = 0.0
+    """Gained per second at rest within 2 m of its home, or of a station that charges it."""
+    failsafe_percent: float = 5.0
+    """At this charge it ends what it does by itself, and goes nowhere on its engine's word."""
+
+    def on_card(self) -> dict[str, float]:
+        """Return the limits as an agent announces them."""
+        said = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {name: float(number) for name, number in said.items() if number is not None}
+
+
+class DroneLimits(MachineLimits, frozen=True, kw_only=True):
+    """Limits of one drone."""
 
     speed_m_s: float = 10.0
     climb_m_s: float = 3.0
@@ -41,10 +68,6 @@ class DroneLimits(Limits, frozen=True, kw_only=True):
     """While it gains height; None: as in cruise."""
     payload_drain_pct_kg_s: float = 0.0
     """Added in the air, for each kilogram it carries."""
-    charge_percent_s: float = 0.0
-    """Gained per second on the ground within 2 m of its home."""
-    failsafe_percent: float = 5.0
-    """At this charge the drone lands by itself, and it starts or goes nowhere on its engine's word."""
     return_height_m: float = 0.0
     """Coming home by itself it first climbs to this height over the base's ground, if it is lower."""
 
@@ -55,12 +78,13 @@ class DroneLimits(Limits, frozen=True, kw_only=True):
 
     def on_card(self) -> dict[str, float]:
         """Return the limits as an agent announces them."""
-        said = {name: getattr(self, name) for name in self.__struct_fields__}
-        return {name: float(number) for name, number in {**said, "climb_drain_pct_s": self.climbing_percent_s}.items()}
+        return {**super().on_card(), "climb_drain_pct_s": self.climbing_percent_s}
 
 
 class PersonLimits(Limits, frozen=True, kw_only=True):
     """How a person walks, and how well the tracker they carry works (`finder.Finder`)."""
+
+    calls: ClassVar[Mapping[str, str]] = MappingProxyType({"speed_m_s": "walk_m_s"})
 
     walk_m_s: float = 1.4
     finder_range_m: float = 20.0

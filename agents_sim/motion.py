@@ -14,8 +14,10 @@ from formiga_bt.base.clock import SECOND, Micros, micros
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.transport.messages import Clearance, Control
 
-MotionKind = Literal["rest", "hover", "climb", "cruise", "descend", "fall"]
-"""What a drone does during a segment. Only at "rest" are its rotors off and it stands; in a "fall" they are off too."""
+MotionKind = Literal["rest", "drive", "hover", "climb", "cruise", "descend", "fall"]
+"""What a machine does during a segment. At "rest" it stands, at "drive" it is on the ground; in a "fall" its rotors are off."""
+
+ON_GROUND: Final = frozenset[MotionKind]({"rest", "drive"})
 
 FALL_S: Final = 2.0
 """A fall takes at most this long, from any height."""
@@ -82,7 +84,7 @@ class BodyState(Struct, frozen=True, tag="drone"):
         here = self.segment.at(died)
         if self.kind == "fall":
             here = self.segment.p1  # nobody holds it up
-        has_landed = self.kind == "rest" or (self.kind in ("descend", "fall") and here.up_m <= 0.0)
+        has_landed = self.kind in ON_GROUND or (self.kind in ("descend", "fall") and here.up_m <= 0.0)
         kind: MotionKind = "rest" if has_landed else "hover"
         battery = self.battery - self.drain_percent_s * (died - self.battery_at) / SECOND
         if kind == "hover":

@@ -7,17 +7,19 @@ A person walks in steps of a second of engine time. A picker answers MiniFinder 
 Called from one thread, like every `AgentBody`.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from msgspec import Struct
 
-from agents_sim.finder import Finder, Sight, sees_nothing
+from agents_sim.body import Body, Setup
+from agents_sim.finder import Finder
+from agents_sim.kinds import Outcome, SimAction, lasts_us
 from agents_sim.limits import PersonLimits
-from agents_sim.motion import NoRecorder, PersonState, Recorder
-from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer, micros
+from agents_sim.motion import BadFieldError, PersonState, read_place
+from formiga_bt.base.clock import SECOND, Micros, Timer, micros
 from formiga_bt.base.geo import Frame, Place, Position, horizontal_m, mm
-from formiga_bt.transport.agent_side import CONFIRM, AgentSide
+from formiga_bt.transport.agent_side import CONFIRM
 from formiga_bt.transport.messages import GoalRequest
 
 CLEARANCE_OPTIONS: Final = frozenset({"clear", "wait", "refuse"})
@@ -81,56 +83,42 @@ def _read_delay(value: Any) -> Micros:
     return delay
 
 
-class Person:
-    """The body of one person (an `AgentBody`). Call `attach` with its side before anything else."""
+class Person(Body):
+    """The body of one person. Call `attach` with its side before anything else.
 
-    def __init__(
-        self,
-        agent: str,
-        scheduler: Scheduler,
-        place: Place,
-        rules: tuple[Rule, ...] = (),
-        recorder: Recorder | None = None,
-        *,
-        tracked: bool = False,
-        walk: Sequence[Place] = (),
-        limits: PersonLimits | None = None,
-        sight: Sight = sees_nothing,
-        frame: Frame | None = None,
-    ) -> None:
-        self.agent = agent
-        self.actions = (CONFIRM, MINI_FINDER) if tracked else (CONFIRM,)
-        self.limits = limits or PersonLimits()
+    Args:
+        setup: what it is made of.
+
+    Raises:
+        ValueError: the script or the limits of its spec are wrong.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(setup)
+        spec, state = setup.spec, setup.state
+        self.limits = PersonLimits().of_type(setup.kind.limits).replaced(spec.limits)
         self.asked: list[str] = []
         """The questions heard, in order: for tests and demos."""
-        self.confirms_cancel = True
-        self._scheduler = scheduler
-        self._rules = rules
-        self._given: list[int] = [0] * len(rules)
-        self._recorder: Recorder = recorder or NoRecorder()
-        self._side: AgentSide | None = None
+        self._rules = read_rules(spec.script)
+        self._given: list[int] = [0] * len(self._rules)
+        self._recorder = setup.recorder
         self._answers: dict[str, Timer] = {}
-        self._finder = Finder(agent, self.limits, sight)
-        self._frame = frame
-        self._place = place
-        self._walk = list(walk)
-        self.stand_at(place)
-        if self._walk:
-            self._scheduler.call_at(self._scheduler.now() + STEP_US, self._step)
-
-    def attach(self, side: AgentSide) -> None:
-        """Take the side that speaks for this person."""
-        self._side = side
-        self._set_status()
-
-    def resume(self) -> None:
-        """Go on after a new start (nobody but the person is in command)."""
+        self._finder = Finder(self.agent, self.limits, setup.sight)
+        self._frame = Frame(*spec.base) if spec.base is not None else None
+        self._seed = spec.seed
+        self._place = spec.at if isinstance(spec.at, Place) else spec.at.ground
+        self._walk = list(spec.walk)
+        if isinstance(state, PersonState):
+            self._place, self._walk = state.place, list(state.walk)
+        self._walks = False
+        self.stand_at(self._place)
+        self._go()
 
     def stand_at(self, place: Place) -> None:
         """Stand at another place from now on."""
         self._place = place
-        self._recorder.person_at(self.agent, self._scheduler.now(), place)
-        self._set_status()
+        self._recorder.person_at(self.agent, self.scheduler.now(), place)
+        self.set_status()
 
     def position(self) -> Position:
         """Return where the person stands."""
@@ -143,18 +131,16 @@ class Person:
     def start(self, request: GoalRequest) -> str:
         """Hear a question and think about it; let the tracker find where it is."""
         if request.action == MINI_FINDER:
-            at, goal, search = self._scheduler.now() + micros(self.limits.fix_takes_s), request.goal_id, request.task_id
-            self._answers[goal] = self._scheduler.call_at(at, lambda: self._tell_place(goal, search))
-            return ""
+            return self._later(request, micros(self.limits.fix_takes_s), self._finder_answers)
         if request.action != CONFIRM:
-            return "unknown_action"
+            return self._do(request)
         question = str(request.fields.get("question", ""))
         options = [str(option) for option in request.fields.get("options") or ("yes", "no")]
         self.asked.append(question)
         answer, after_us = self._choose(question, options)
         if answer is not None:
-            at, goal, said = self._scheduler.now() + after_us, request.goal_id, answer
-            self._answers[goal] = self._scheduler.call_at(at, lambda: self._say(goal, said))
+            at, goal, said = self.scheduler.now() + after_us, request.goal_id, answer
+            self._answers[goal] = self.scheduler.call_at(at, lambda: self._say(goal, said))
         return ""
 
     def cancel(self, goal_id: str) -> bool:
@@ -162,20 +148,9 @@ class Person:
         timer = self._answers.pop(goal_id, None)
         if timer is not None:
             timer.cancel()
-        if self._side is not None and self.confirms_cancel:
-            self._side.finish(goal_id, "canceled")
+        if self.side is not None and self.confirms_cancel:
+            self.side.finish(goal_id, "canceled")
         return True
-
-    def tell(self, event: str) -> None:
-        """Tell an event of its own, without fields."""
-        if self._side is not None:
-            self._side.report_event(event)
-
-    def report(self) -> None:
-        """Publish the status."""
-        if self._side is not None:
-            self._set_status()
-            self._side.publish_status()
 
     def stop(self) -> None:
         """Forget all questions, without a word to anyone."""
@@ -185,7 +160,45 @@ class Person:
 
     def shift(self, by: Micros) -> None:  # noqa: ARG002  (a body's)
         """Follow a jump of engine time: note again, in the new time, where the person stands."""
-        self._recorder.person_at(self.agent, self._scheduler.now(), self._place)
+        self._recorder.person_at(self.agent, self.scheduler.now(), self._place)
+
+    def _do(self, request: GoalRequest) -> str:
+        """Do what the catalogue says: go where it moves to, else take the typical time."""
+        action = self.kind.actions.get(request.action)
+        if action is None:
+            return "unknown_action"
+        lasts = lasts_us(action, self._seed, request.goal_id)
+        if action.moves_to:
+            try:
+                to = read_place(request.fields.get(action.moves_to))
+            except BadFieldError:
+                return "bad_field"
+            self._walk = [to]
+            self._go()
+            lasts = micros(horizontal_m(self._place, to) / self.limits.walk_m_s) + STEP_US
+        return self._later(request, lasts, lambda _: {})
+
+    def _later(self, request: GoalRequest, after_us: Micros, make: Callable[[GoalRequest], dict[str, Any]]) -> str:
+        """End a goal after a while with what `make` gives then, unless its outcome is another."""
+        outcome = self.outcomes.next(request.action) or Outcome(action=request.action)
+        action = self.kind.actions.get(request.action, SimAction())
+
+        def end() -> None:
+            self._answers.pop(request.goal_id, None)
+            if self.side is None:
+                return
+            if outcome.fail:
+                self.side.finish(request.goal_id, "failed", code=outcome.fail)
+                return
+            result = {**action.result, **make(request), **outcome.give}
+            self.side.finish(request.goal_id, "succeeded", result=result)
+
+        at = self.scheduler.now() + after_us + micros(outcome.delay_s)
+        self._answers[request.goal_id] = self.scheduler.call_at(at, end)
+        return ""
+
+    def _finder_answers(self, request: GoalRequest) -> dict[str, Any]:
+        return self._finder.answer(self._place, request.task_id)
 
     def _choose(self, question: str, options: list[str]) -> tuple[str | None, Micros]:
         """Return the answer (None: never) and how long it takes."""
@@ -204,14 +217,14 @@ class Person:
 
     def _say(self, goal_id: str, answer: str) -> None:
         self._answers.pop(goal_id, None)
-        if self._side is not None:
-            result = {"answer": answer, "by": self.agent, "at": self._scheduler.now()}
-            self._side.finish(goal_id, "succeeded", result=result)
+        if self.side is not None:
+            result = {"answer": answer, "by": self.agent, "at": self.scheduler.now()}
+            self.side.finish(goal_id, "succeeded", result=result)
 
-    def _tell_place(self, goal_id: str, search: str) -> None:
-        self._answers.pop(goal_id, None)
-        if self._side is not None:
-            self._side.finish(goal_id, "succeeded", result=self._finder.answer(self._place, search))
+    def _go(self) -> None:
+        if self._walk and not self._walks:
+            self._walks = True
+            self.scheduler.call_at(self.scheduler.now() + STEP_US, self._step)
 
     def _step(self) -> None:
         """Walk for one second, then again, until the way ends."""
@@ -229,14 +242,14 @@ class Person:
                 mm(here.north_m + share * (to.north_m - here.north_m)),
             )
         self.stand_at(here)
-        if self._walk:
-            self._scheduler.call_at(self._scheduler.now() + STEP_US, self._step)
+        self._walks = False
+        self._go()
 
-    def _set_status(self) -> None:
-        if self._side is not None:
-            here = self.position()
-            lat, lng = self._frame.lat_lng(here) if self._frame is not None else (None, None)
-            self._side.set_status(position=here, landed="grounded", lat=lat, lng=lng)
+    def status(self) -> dict[str, Any]:
+        """Return what the tracker says of the person."""
+        here = self.position()
+        lat, lng = self._frame.lat_lng(here) if self._frame is not None else (None, None)
+        return {"position": here, "landed": "grounded", "lat": lat, "lng": lng}
 
 
 def write_rules(rules: Iterable[Rule]) -> list[dict[str, Any]]:

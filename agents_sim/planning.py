@@ -1,12 +1,16 @@
 """What a goal means for a drone: the straight legs that it is flown in, or the code of its refusal.
 
-Pure functions of where the drone is and what it can do; `drone.Drone` flies what comes of them.
+The actions of the drones that ship have rules of their own here; any other is flown as the catalogue says: it `moves_to` a
+place, it ends in the air or on the ground, or it lasts what is typical. Pure functions; `drone.Drone` flies what comes of them.
 """
 
-from typing import Final, Literal
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any, Final, Literal
 
 from msgspec import Struct
 
+from agents_sim.kinds import Outcome, SimAction
 from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
 from agents_sim.sweep import sweep
 from formiga_bt.base.clock import Micros
@@ -21,6 +25,9 @@ LAND_WITHIN_M: Final = 10.0
 LOWEST_HOVER_M: Final = 2.0
 """A canceled take-off first rises to here; GoTo to less is refused (`too_low`)."""
 SWEEP_SPACING_M: Final = 20.0
+START_M: Final = 10.0
+"""So high it climbs if an action says that it ends in the air, and not how high."""
+EXPLORE: Final = "Explore"
 
 
 OnLinkLoss = Literal["return", "land", "hold"]
@@ -34,14 +41,18 @@ class Leg(Struct, frozen=True):
     kind: MotionKind
     wanted_m_s: float | None = None
     """The speed over ground that was asked for; else as fast as it can."""
+    lasts_us: Micros | None = None
+    """How long it lasts; None = as long as the way takes."""
 
 
 class Flight:
     """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
 
-    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "started")
+    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "outcome", "started")
 
-    def __init__(self, goal_id: str, action: str, legs: list[Leg], started: Micros) -> None:
+    def __init__(
+        self, goal_id: str, action: str, legs: list[Leg], started: Micros, outcome: Outcome | None = None
+    ) -> None:
         self.goal_id = goal_id
         self.action = action
         self.legs = legs
@@ -49,37 +60,73 @@ class Flight:
         self.started = started
         self.ends = started
         self.canceled = False
+        self.outcome = outcome
+        """What is to become of its goal."""
 
 
-def plan(request: GoalRequest, here: Position, *, is_airborne: bool, is_low: bool) -> list[Leg] | str:
+def plan(
+    request: GoalRequest,
+    action: SimAction,
+    here: Position,
+    *,
+    is_airborne: bool,
+    is_low: bool,
+    lasts_us: Micros,
+) -> list[Leg] | str:
     """Return the legs of a goal, or the code of its refusal.
 
     Args:
         request: the goal.
+        action: what the catalogue says of it.
         here: where the drone is.
         is_airborne: whether its rotors turn.
         is_low: whether its charge is so low that it goes nowhere but down.
+        lasts_us: how long it lasts if it goes nowhere.
 
     Raises:
         BadFieldError: a field is missing or not what the action needs.
     """
-    if request.action == CUT_MOTORS:
+    if action.cuts:
         return [fall(here)]
-    if request.action == "TakeOff":
-        if is_airborne:
-            return "already_airborne"
-        return "battery_low" if is_low else _take_off(request, here)
-    if not is_airborne:
+    if action.requires == "grounded" and is_airborne:
+        return "already_airborne"
+    if action.requires == "airborne" and not is_airborne:
         return "not_airborne"
-    if request.action == "LandIn":
-        return _landing(request, here)
-    if is_low:
+    if is_low and (action.moves_to or action.effect == "airborne") and action.effect != "grounded":
         return "battery_low"
-    if request.action == "GoTo":
-        return _leg(request, here)
-    if request.action == "Explore":
-        return _sweep(request, here)
-    return "unknown_action"
+    own = OWN.get(request.action)
+    if own is not None:
+        return "battery_low" if is_low and request.action == EXPLORE else own(request, here)
+    return _as_said(request, action, here, is_airborne=is_airborne, lasts_us=lasts_us)
+
+
+def _as_said(
+    request: GoalRequest, action: SimAction, here: Position, *, is_airborne: bool, lasts_us: Micros
+) -> list[Leg]:
+    """Return the legs of an action of which only the catalogue is known: away, then up or down, or some time here."""
+    rise: list[Leg] = []
+    if not is_airborne and (action.moves_to or action.effect == "airborne"):
+        here = Position(here.east_m, here.north_m, START_M)
+        rise = [Leg(here, "climb")]
+    to = _target(request.fields.get(action.moves_to), here) if action.moves_to else None
+    way = [] if to is None else [*_rise(here), Leg(to, "cruise", speed_of(request))]
+    there = here if to is None else to
+    if action.effect == "grounded" or (rise and action.effect != "airborne"):
+        return [*rise, *way, Leg(Position(there.east_m, there.north_m, 0.0), "descend")]
+    return [*rise, *way] or [Leg(here, "hover" if is_airborne else "rest", lasts_us=lasts_us)]
+
+
+def _target(value: Any, here: Position) -> Position:
+    """Return where a place or a position means; a place is gone to at the present height.
+
+    Raises:
+        BadFieldError: it is neither.
+    """
+    if isinstance(value, dict) and "up_m" in value:
+        to = read_position(value)
+        return Position(to.east_m, to.north_m, max(to.up_m, LOWEST_HOVER_M))
+    place = read_place(value)
+    return Position(place.east_m, place.north_m, max(here.up_m, LOWEST_HOVER_M))
 
 
 def fall(here: Position) -> Leg:
@@ -122,7 +169,7 @@ def _take_off(request: GoalRequest, here: Position) -> list[Leg] | str:
 
 def _leg(request: GoalRequest, here: Position) -> list[Leg] | str:
     to = read_position(request.fields.get("to"))
-    return "too_low" if to.up_m < LOWEST_HOVER_M else [*_rise(here), Leg(to, "cruise", _speed(request))]
+    return "too_low" if to.up_m < LOWEST_HOVER_M else [*_rise(here), Leg(to, "cruise", speed_of(request))]
 
 
 def _landing(request: GoalRequest, here: Position) -> list[Leg] | str:
@@ -137,12 +184,17 @@ def _sweep(request: GoalRequest, here: Position) -> list[Leg] | str:
     up = read_number(request.fields.get("altitude", here.up_m))
     if up < LOWEST_HOVER_M:
         return "too_low"
-    speed = _speed(request)
+    speed = speed_of(request)
     places = sweep([read_place(corner) for corner in corners], SWEEP_SPACING_M)
     return [Leg(Position(place.east_m, place.north_m, up), "cruise", speed) for place in places]
 
 
-def _speed(request: GoalRequest) -> float | None:
+def speed_of(request: GoalRequest) -> float | None:
+    """Return the speed that a goal asks for, m/s; None = as fast as it can.
+
+    Raises:
+        BadFieldError: it is no speed.
+    """
     wanted = request.fields.get("speed")
     if wanted is None:
         return None
@@ -150,3 +202,9 @@ def _speed(request: GoalRequest) -> float | None:
     if speed <= 0.0:
         raise BadFieldError(f"no speed: {wanted!r}")
     return speed
+
+
+OWN: Final = MappingProxyType[str, Callable[[GoalRequest, Position], list[Leg] | str]](
+    {"TakeOff": _take_off, "GoTo": _leg, "LandIn": _landing, EXPLORE: _sweep}
+)
+"""The actions of the drones that ship: how they are flown, and what is refused of them."""

@@ -13,14 +13,14 @@ from typing import Final
 
 import msgspec
 
-from agents_sim.drone import Drone
+from agents_sim.bodies import build_body, build_card, hover_drain_percent_s
 from agents_sim.faults import FaultyBody, FaultyLink, Order, obey
 from agents_sim.goalbook import BookedBody, BookedSide, GoalBook
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
 from agents_sim.lines import Disk
 from agents_sim.motion import BodyState
 from agents_sim.person import MINI_FINDER
-from agents_sim.spec import AgentSpec, build_body, build_card, drone_limits
+from agents_sim.spec import AgentSpec
 from formiga_bt.agent.pacing import PacedScheduler
 from formiga_bt.agent.pulse import Pulse, new_boot_id
 from formiga_bt.base.clock import SECOND, Micros, monotonic_us, wall_clock_us
@@ -106,7 +106,7 @@ class AgentProcess:
         notes = NoteTaker(self._note)
         state = saved.body if saved is not None else None
         if saved is not None and isinstance(state, BodyState):
-            state = state.found_at(start, saved.engine_us, drone_limits(spec).hover_drain_pct_s)
+            state = state.found_at(start, saved.engine_us, hover_drain_percent_s(spec))
         radar = Radar(ZenohObserver(site, connect=connect), self.scheduler.now)
         self.body = build_body(spec, self.scheduler, recorder=notes, state=state, sight=radar.flying)
         self._radar = radar if MINI_FINDER in self.body.actions else None
@@ -167,8 +167,7 @@ class AgentProcess:
         self._write_what_waits()
 
     def _watch_link(self) -> None:
-        if isinstance(self.body, Drone):
-            self.body.watch_link()
+        self.body.watch_link()
 
     def _note(self, note: Note) -> None:
         self._dirty = True
@@ -190,7 +189,8 @@ class AgentProcess:
 
     def _save(self) -> None:
         self._dirty = False
-        if self._file is not None:
+        state = self.body.state()
+        if self._file is not None and state is not None:
             now = self.scheduler.now()
-            saved = Saved(body=self.body.state(), engine_us=now, wall_us=wall_clock_us(), speed=self.scheduler.speed)
+            saved = Saved(body=state, engine_us=now, wall_us=wall_clock_us(), speed=self.scheduler.speed)
             self._file.save(saved)

@@ -1,7 +1,8 @@
 """The referee: judges from motion segments how near drones came, and whether rotors started near people.
 
 Rules (docs: safety, "keeping apart"). A crash is two drones within 2 m of each other, at least one of them in the air,
-counted once per time they come so near. A low flight is a cruise below 2 m. An unsafe start is a rotor start within 5 m
+counted once per time they come so near; of two on the ground, at least one
+of which drives, 0.5 m. A low flight is a cruise below 2 m. An unsafe start is a rotor start within 5 m
 of a person without a clearance that is at most 60 s old. The closest pass is of two drones that both fly; besides there is
 that of two that cruise or hover, as one that takes off or lands keeps half the separation only.
 
@@ -16,12 +17,14 @@ from typing import Final
 
 from msgspec import Struct
 
-from agents_sim.motion import Approach, MotionKind, Segment, closest_approach, linear_spans
+from agents_sim.motion import ON_GROUND, Approach, MotionKind, Segment, closest_approach, linear_spans
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, distance_m, horizontal_m, mm
 from formiga_bt.transport.messages import Clearance
 
 CRASH_M: Final = 2.0
+BUMP_M: Final = 0.5
+"""Two machines on the ground that are nearer than this have touched."""
 LOW_M: Final = 2.0
 ROTOR_M: Final = 5.0
 CLEARANCE_LASTS_US: Final[Micros] = 60 * SECOND
@@ -34,7 +37,7 @@ CLOCK_SKEW_US: Final[Micros] = 2 * SECOND
 
 
 class Crash(Struct, frozen=True):
-    """Two drones came within 2 m: when they were nearest while it lasted, and how near."""
+    """Two machines came too near: when they were nearest while it lasted, and how near."""
 
     a: str
     b: str
@@ -206,10 +209,10 @@ class Referee:
                 j += 1
 
     def _judge_motions(self, a: str, b: str, m: _Motion, o: _Motion, start: Micros, end: Micros) -> None:
-        flying = (m.kind != "rest") + (o.kind != "rest")
-        if flying == 0:
+        if m.kind == "rest" and o.kind == "rest":
             self._touching.pop((a, b), None)
             return
+        flying = (m.kind not in ON_GROUND) + (o.kind not in ON_GROUND)
         if flying == 2:
             found = closest_approach(m.segment, o.segment, start, end)
             near = Pass(a, b, found.at, mm(found.distance_m))
@@ -217,16 +220,17 @@ class Referee:
             if m.kind in LEVEL and o.kind in LEVEL:
                 self._cruise = _nearer(self._cruise, near)
         for t0, t1 in linear_spans(m.segment, o.segment, start, end):
-            self._judge_span(a, b, closest_approach(m.segment, o.segment, t0, t1), m.segment, o.segment, t1)
+            found = closest_approach(m.segment, o.segment, t0, t1)
+            self._judge_span(a, b, found, m.segment, o.segment, t1, self._crash_m if flying else BUMP_M)
 
-    def _judge_span(self, a: str, b: str, found: Approach, m: Segment, o: Segment, end: Micros) -> None:
+    def _judge_span(self, a: str, b: str, found: Approach, m: Segment, o: Segment, end: Micros, crash_m: float) -> None:
         """Count a crash where the pair comes near, or sharpen the one that still lasts.
 
         In a span of linear motion the pair is near in one stretch of time at most, so the two ends tell whether it
         goes on.
         """
         pair = (a, b)
-        if found.distance_m >= self._crash_m:
+        if found.distance_m >= crash_m:
             self._touching.pop(pair, None)
             return
         crash = Crash(a, b, found.at, mm(found.distance_m))
@@ -236,7 +240,7 @@ class Referee:
             self._crashes.append(crash)
         elif crash.distance_m < self._crashes[index].distance_m:
             self._crashes[index] = crash
-        if distance_m(m.at(end), o.at(end)) >= self._crash_m:
+        if distance_m(m.at(end), o.at(end)) >= crash_m:
             del self._touching[pair]
 
 

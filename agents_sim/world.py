@@ -8,11 +8,13 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
+from agents_sim.bodies import build_body, build_card, check_spec
+from agents_sim.body import Body
 from agents_sim.drone import Drone
-from agents_sim.faults import FLIGHT_ORDERS, Body, FaultyBody, FaultyLink, Order, obey
+from agents_sim.faults import FLIGHT_ORDERS, FaultyBody, FaultyLink, Order, obey
 from agents_sim.motion import NoRecorder, Recorder
 from agents_sim.person import Person
-from agents_sim.spec import AgentSpec, build_body, build_card, check_spec, drone_limits, is_person
+from agents_sim.spec import AgentSpec, is_person
 from formiga_bt.base.clock import SECOND, Micros, Scheduler
 from formiga_bt.base.geo import Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
@@ -26,7 +28,6 @@ __all__ = [
     "build_body",
     "build_card",
     "check_spec",
-    "drone_limits",
     "grid",
     "grid_fleet",
     "is_person",
@@ -113,17 +114,17 @@ class SimFleet:
 
     def statistics(self) -> dict[str, int]:
         """Return counts: agents, those that run, drones in the air."""
-        drones = [agent.body for agent in self.agents.values() if isinstance(agent.body, Drone)]
+        agents = self.agents.values()
         return {
-            "agents": len(self.agents),
-            "running": sum(agent.side is not None for agent in self.agents.values()),
-            "airborne": sum(drone.is_airborne for drone in drones),
+            "agents": len(agents),
+            "running": sum(agent.side is not None for agent in agents),
+            "airborne": sum(agent.body.is_airborne for agent in agents),
         }
 
     def flying(self) -> dict[str, Position]:
         """Return where the drones in the air are."""
-        drones = [agent.body for agent in self.agents.values() if isinstance(agent.body, Drone)]
-        return {drone.agent: drone.position() for drone in drones if drone.is_airborne}
+        bodies = [agent.body for agent in self.agents.values() if agent.body.is_airborne]
+        return {body.agent: here for body in bodies if (here := body.position()) is not None}
 
     # Faults.
 
@@ -213,7 +214,7 @@ class SimFleet:
         wire.serve(side)
         agent.body.resume()
         self._report_later(agent, agent.boots)
-        if isinstance(agent.body, Drone) and agent.body.is_alone:
+        if agent.body.is_alone:
             self._watch_link(agent)  # its process was away while it came home by itself: somebody must give it back
 
     def _report_later(self, agent: SimAgent, boot: int) -> None:
@@ -226,9 +227,9 @@ class SimFleet:
         self._scheduler.call_at(self._scheduler.now() + self._status_every_us, report)
 
     def _watch_link(self, agent: SimAgent) -> None:
-        """Let a drone look at its link, at the end of the silence that it may bear, for as long as it flies."""
+        """Let a machine look at its link, at the end of the silence that it may bear, for as long as it moves."""
         body, boot = agent.body, agent.boots
-        if agent.watches or not isinstance(body, Drone):
+        if agent.watches or not body.minds_link:
             return
         agent.watches, was_silent = True, False
 
@@ -241,7 +242,7 @@ class SimFleet:
             if (is_silent and was_silent) or body.is_alone:
                 body.watch_link()
             was_silent = is_silent
-            if not body.is_airborne and not body.is_alone:
+            if not body.minds_link:
                 agent.watches = False
                 return
             again()

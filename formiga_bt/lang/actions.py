@@ -65,11 +65,13 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         f"{key}_us": micros(keys.number(key)) for key in ("typical", "accept_timeout", "cancel_grace") if key in keys
     }
     number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
+    gives = _fields(keys["result"].value, problems, "result") if "result" in keys else {}
     return ActionSpec(
         name,
         entry.key.mark,
         fields=fields,
-        result=read_results(keys["result"].value, problems) if "result" in keys else {},
+        result={one: spec.type for one, spec in gives.items()},
+        result_min={one: spec.min for one, spec in gives.items() if spec.min is not None},
         requires="airborne" if requires == "airborne" else "grounded" if requires == "grounded" else "",
         effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
         moves_to=moves_to,
@@ -80,11 +82,11 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
     )
 
 
-def _fields(node: Node, problems: Problems) -> dict[str, FieldSpec]:
-    mapping = read_optional_mapping(node, problems, "fields")
+def _fields(node: Node, problems: Problems, what: str = "fields") -> dict[str, FieldSpec]:
+    mapping = read_optional_mapping(node, problems, what)
     found: dict[str, FieldSpec] = {}
     for entry in mapping.entries if mapping is not None else ():
-        if read_name(entry.key, problems, "fields") is not None:
+        if read_name(entry.key, problems, what) is not None:
             found[entry.key.text] = _field(entry, problems)
     return found
 

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.base.geo import Place
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
@@ -21,6 +20,8 @@ from formiga_bt.engine.kernel.replies import Accepted, Done, granted
 from formiga_bt.engine.tasks.requests import WAIT_US
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.site.standing import beginnings, chargers
+from formiga_bt.rehearsal.bodies import kind_of
 from formiga_bt.transport.memory import MemoryHub
 
 START: Micros = 1_000_000 * SECOND
@@ -142,27 +143,22 @@ def simulated(site: Site) -> Site:
 def fleet_of(
     site: Site, catalogue: Catalogue, *, scripts: Mapping[str, Sequence[Mapping[str, Any]]] | None = None
 ) -> list[AgentSpec]:
-    """Return the agents that a site lists, as simulated ones: machines at their ports, people at places in turn.
+    """Return the agents that a site lists, as simulated ones (`lang.site.standing` says where they begin).
 
     Args:
         site: the site.
-        catalogue: says who is a person and how fast a machine is.
+        catalogue: says what each can do.
         scripts: answers of people by id; without one, a person answers the first option after some seconds.
     """
-    specs = []
-    places = list(site.places.values()) or [Place(20.0, -20.0)]
-    people = 0
-    for agent in site.agents.values():
-        kind = catalogue.types.get(agent.type)
-        if kind is None:
-            continue
-        script = (scripts or {}).get(agent.id, ())
-        if kind.human:
-            specs.append(
-                AgentSpec(id=agent.id, type=agent.type, at=places[people % len(places)], script=script, kind="person")
-            )
-            people += 1
-        elif agent.home in site.ports:
-            home = site.ports[agent.home].at
-            specs.append(AgentSpec(id=agent.id, type=agent.type, at=home, home=home, kind="drone"))
-    return specs
+    return [
+        AgentSpec(
+            id=name,
+            type=(of := site.agents[name].type),
+            at=begins.at,
+            home=begins.home,
+            chargers=chargers(site, catalogue.types[of]),
+            script=(scripts or {}).get(name, ()),
+            does=kind_of(catalogue, of),
+        )
+        for name, begins in beginnings(site, catalogue).items()
+    ]

@@ -23,6 +23,8 @@ from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
+from formiga_bt.lang.site.standing import chargers
+from formiga_bt.rehearsal.bodies import kind_of, outcome_of
 from formiga_bt.rehearsal.rehearsal import Rehearsal, simulated
 from formiga_bt.rehearsal.spending import RunSpending
 
@@ -42,7 +44,11 @@ def specs_of(scenario: Scenario, *, with_base: bool = False) -> list[AgentSpec]:
             battery=agent.battery,
             home=agent.home,
             script=agent.answers,
-            kind="person" if agent.human else "drone",
+            limits={} if agent.charges else {"charge_percent_s": 0.0},
+            chargers=chargers(scenario.site, scenario.catalogue.types[agent.type]),
+            does=kind_of(scenario.catalogue, agent.type),
+            outcomes=tuple(outcome_of(one) for one in scenario.results if one.agent in ("", agent.id)),
+            seed=scenario.seed,
             walk=agent.walk,
             base=base,
             wind=(0.0, 0.0) if agent.human else scenario.wind,

@@ -22,7 +22,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.bounds import MOST, MOST_INT, MOST_RESULT, are_within, fault_of
 from formiga_bt.base.clock import SECOND
-from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.climbing import climb, is_up, top_m
 from formiga_bt.engine.goals.gatekeeper import TTL_BEATS, Gatekeeper
@@ -33,7 +33,7 @@ from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Que
 from formiga_bt.engine.kernel.news import GoalUnreachable, Idle, MustLeave, Stopped, TakenOver, UnreadableMessage
 from formiga_bt.engine.kernel.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GoalTimer, GraceDue
-from formiga_bt.lang.types import Type
+from formiga_bt.lang.types import PLACE, AgentRef, Type
 from formiga_bt.nodes.run import Failure, GoalOrder
 from formiga_bt.transport.messages import TERMINAL, GoalEvent
 
@@ -422,6 +422,10 @@ def read_value(kind: Type, raw: Any) -> Any:
             return Place(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST))
         case "position":
             return Position(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST), _number(raw["up_m"], MOST))
+        case "region":
+            return Region(tuple(read_value(PLACE, corner) for corner in msgspec.convert(raw, list)))
+        case "agent":
+            return AgentRef(msgspec.convert(raw, str))
         case "bool":
             return msgspec.convert(raw, bool)
         case "int" | "time":

@@ -35,6 +35,8 @@ class ActionSpec(Struct, frozen=True):
     mark: Mark
     fields: Mapping[str, FieldSpec] = field(default_factory=dict)
     result: Mapping[str, Type] = field(default_factory=dict)
+    result_min: Mapping[str, float] = field(default_factory=dict)
+    """The least number of a field of the result, in the type's SI unit, where one is said."""
     requires: Literal["", "airborne", "grounded"] = ""
     effect: Literal["", "airborne", "grounded"] = ""
     moves_to: str = ""

@@ -34,12 +34,14 @@ from formiga_bt.lang.scenario.entries import (
     ScenarioAgent,
     ScenarioFault,
     ScenarioOrder,
+    ScenarioResult,
     ScenarioTask,
 )
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.options import FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import RequestReader
+from formiga_bt.lang.scenario.results import read_results
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import surely
 
@@ -53,6 +55,7 @@ __all__ = [
     "ScenarioAgent",
     "ScenarioFault",
     "ScenarioOrder",
+    "ScenarioResult",
     "ScenarioTask",
     "load_scenario",
     "load_scenario_text",
@@ -143,6 +146,7 @@ def _read(
     requests = asked.read()
     faults = read_faults(book)
     orders = read_orders(book, asked.tasks)
+    results = read_results(book)
     return Scenario(
         name,
         site,
@@ -152,6 +156,7 @@ def _read(
         tuple(sorted(requests, key=lambda request: request.at)),
         tuple(sorted(faults, key=lambda fault: fault.at)),
         tuple(sorted(orders, key=lambda order: order.at)),
+        results,
         (wind.number("east"), wind.number("north")),
         speed,
         seed,

@@ -5,10 +5,12 @@ from typing import Any
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioAgent
 from formiga_bt.lang.scenario.options import AGENT, ANSWER, FOR_DRONES_ONLY, PERSON
+from formiga_bt.lang.site.standing import beginnings
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import surely
@@ -27,6 +29,7 @@ class _Agents:
         self.problems = book.problems
         self.site = book.site
         self.catalogue = book.catalogue
+        self.begins = beginnings(book.site, book.catalogue)
 
     def read(self) -> list[ScenarioAgent]:
         """Read all of them."""
@@ -43,7 +46,6 @@ class _Agents:
         id_ = keys.name("id")
         if id_ is None:
             return None
-        listed = self.site.agents.get(id_.text)
         type_ = self._type(id_, keys)
         if type_ is None:
             return None
@@ -55,13 +57,16 @@ class _Agents:
         if "person" in keys and not human:
             self.problems.add("E008", keys["person"].key.mark, f"'{id_.text}' is a {type_}: only people have 'person'")
         answers, walk = self._person(keys) if "person" in keys and human else ((), ())
-        home = self.site.ports.get(listed.home) if listed is not None else None
-        at: Place | Position | None = home.at if home is not None else None
+        begins = self.begins.get(id_.text)
+        home = begins.home if begins is not None and not human else None
+        at: Place | Position | None = begins.at if begins is not None and not human else None
         if "at" in keys:
             node = keys["at"].value
             at = self.book.point(node)
             if home is None and isinstance(node, Scalar) and node.text in self.site.ports:
-                home = self.site.ports[node.text]
+                home = self.site.ports[node.text].at
+        elif at is None and self.catalogue.types[type_].mobility == "none":
+            at = Place(0.0, 0.0)
         elif at is None:
             why = "is a person, whom the site does not place" if human else "has no port of its own"
             self.problems.add("E008", mark, f"'{id_.text}' {why}: it needs 'at'", "add at: a port, a place or a point")
@@ -69,7 +74,7 @@ class _Agents:
             return None
         return ScenarioAgent(
             id_.text, type_, at, human, keys.number("battery"),
-            home.at if home is not None and not human else None, answers, walk, **self._drone(keys, id_, human),
+            home if not human else None, answers, walk, **self._drone(keys, id_, human),
         )  # fmt: skip
 
     def _drone(self, keys: Keys, id_: Scalar, human: bool) -> dict[str, Any]:
@@ -81,6 +86,7 @@ class _Agents:
             "payload_kg": keys.number("payload"),
             "cut": keys.flag("cut"),
             "on_link_loss": keys.word("on_link_loss"),
+            "charges": "charges" not in keys or keys.flag("charges"),
         }
 
     def _type(self, id_: Scalar, keys: Keys) -> str | None:
@@ -110,12 +116,16 @@ class _Agents:
         return at.text
 
     def _check_room(self, agent: ScenarioAgent, at: Entry | None, mark: Mark, others: Sequence[ScenarioAgent]) -> None:
-        if agent.human:
+        if not self._has_body(agent):
             return
-        other = next((o for o in others if _touch(o, agent)), None)
+        other = next((o for o in others if self._has_body(o) and _touch(o, agent)), None)
         if other is not None:
             what = f"'{agent.id}' stands where '{other.id}' stands"
             self.problems.add("E018", at.value.mark if at is not None else mark, what, "drones need 2 m and more")
+
+    def _has_body(self, agent: ScenarioAgent) -> bool:
+        """Return whether it is a machine that others could touch."""
+        return self.catalogue.types[agent.type].mobility in MOVING
 
     def _person(self, keys: Keys) -> tuple[tuple[Mapping[str, Any], ...], tuple[Place, ...]]:
         person = keys.inside("person", PERSON, "a person")
@@ -131,4 +141,4 @@ class _Agents:
 
 def _touch(a: ScenarioAgent, b: ScenarioAgent) -> bool:
     heights = [point.up_m if isinstance(point, Position) else 0.0 for point in (a.at, b.at)]
-    return not a.human and horizontal_m(a.at, b.at) < 2.0 and abs(heights[0] - heights[1]) < 2.0
+    return horizontal_m(a.at, b.at) < 2.0 and abs(heights[0] - heights[1]) < 2.0

@@ -36,6 +36,23 @@ class ScenarioAgent:
     cut: bool = False
     """Whether it announces CutMotors."""
     on_link_loss: OnLinkLoss = "return"
+    charges: bool = True
+    """Whether it charges where there is a charger."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioResult:
+    """What is to become of goals of an action."""
+
+    agent: str
+    """Whose; "" = of everybody who has the action."""
+    action: str
+    nth: int = 0
+    """Which goal of this action of an agent, from 1; 0 = each."""
+    give: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of the result, as runtime values."""
+    fail: str = ""
+    delay_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +125,7 @@ class Scenario:
     requests: tuple[ScenarioTask, ...] = ()
     faults: tuple[ScenarioFault, ...] = ()
     orders: tuple[ScenarioOrder, ...] = ()
+    results: tuple[ScenarioResult, ...] = ()
     wind: tuple[float, float] = (0.0, 0.0)
     """East and north, m/s, where it blows to."""
     speed: float = 1.0

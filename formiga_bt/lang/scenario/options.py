@@ -19,9 +19,11 @@ SCENARIO: Final = (
     Option("tasks", "value", "What is to be done, and when."),
     Option("faults", "value", "What goes wrong, and when."),
     Option("orders", "value", "What people order, and when."),
+    Option("results", "value", "What simulated agents give, in which goals they fail or begin late."),
     Option("wind", "options", "Where the wind blows to: east, north (no wind)."),
 )
 BATTERY: Final = Option("battery", "value", "Its charge (100 %).", type="percent", least=0.0, most=100.0, default=100.0)
+CHARGES: Final = Option("charges", "flag", "Whether it charges where there is a charger (true).")
 PAYLOAD: Final = Option("payload", "value", "What a drone carries (0 kg).", type="mass", least=0.0)
 WALK: Final = Option("walk", "value", "The way this person walks from the beginning: places.")
 AGENT: Final = (
@@ -29,6 +31,7 @@ AGENT: Final = (
     Option("type", "name", "Its type; not needed for an agent that the site lists."),
     Option("at", "value", "Where it begins: a port, a place, a point; a drone without it stands at its home."),
     BATTERY,
+    CHARGES,
     Option("person", "options", "What a person does: answers, walk."),
     PAYLOAD,
     Option("cut", "flag", "Whether a drone announces CutMotors."),
@@ -40,7 +43,7 @@ AGENT: Final = (
         default="return",
     ),
 )
-FOR_DRONES_ONLY: Final = ("payload", "cut", "on_link_loss")
+FOR_DRONES_ONLY: Final = ("charges", "payload", "cut", "on_link_loss")
 PERSON: Final = (
     Option("answers", "value", "The script of answers."),
     WALK,

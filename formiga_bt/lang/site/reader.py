@@ -277,7 +277,7 @@ class SiteReader(Points):
 
     def _check_where(self, of: Scalar, kind: AgentType, keys: Keys) -> None:
         """Report a machine whose place the site must say, and a place of one that has none."""
-        if kind.rest == "grounded_at_port" and "home" not in keys:
+        if kind.flies and "home" not in keys:
             what = f"an agent of type {of.text} needs a home of its own"
             self.problems.add("E008", of.mark, what, "add home: with one of ports:")
         if kind.rest == "docked" and "home" not in keys:

@@ -1,6 +1,5 @@
 """Reads the agents of a case: the site's own, with what the case says differs, by agent or by role."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +9,7 @@ from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioAgent
+from formiga_bt.lang.site.standing import beginnings
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_mapping, read_name, shorten
 from formiga_bt.rehearsal.cases.options import AGENT
@@ -77,13 +77,15 @@ class CaseAgents:
     def _change(self, id_: str, keys: Keys, *, alone: bool, mark: Mark) -> None:
         agent, problems = self.agents[id_], self.book.problems
         changes: dict[str, Any] = {}
-        for key in ("battery", "payload"):
+        for key in ("battery", "charges", "payload"):
             if key in keys and agent.human:
                 problems.add("E008", keys[key].key.mark, f"'{id_}' is a person: only drones have '{key}'")
         if "walk" in keys and not agent.human:
             problems.add("E008", keys["walk"].key.mark, f"'{id_}' is no person: only people walk")
         if "battery" in keys:
             changes["battery"] = keys.number("battery")
+        if "charges" in keys:
+            changes["charges"] = keys.flag("charges")
         if "payload" in keys:
             changes["payload_kg"] = keys.number("payload")
         if "walk" in keys:
@@ -103,18 +105,9 @@ class CaseAgents:
 
 
 def standing(book: Book) -> dict[str, ScenarioAgent]:
-    """Return the site's agents as they begin: machines at their ports, people at the site's places in turn."""
-    site, found = book.site, dict[str, ScenarioAgent]()
-    places: Sequence[Place] = list(site.places.values()) or [Place(20.0, -20.0)]
-    people = 0
-    for agent in site.agents.values():
-        kind = book.catalogue.types.get(agent.type)
-        if kind is None:
-            continue
-        if kind.human:
-            found[agent.id] = ScenarioAgent(agent.id, agent.type, places[people % len(places)], True)
-            people += 1
-        elif agent.home in site.ports:
-            home = site.ports[agent.home].at
-            found[agent.id] = ScenarioAgent(agent.id, agent.type, home, False, home=home)
+    """Return the site's agents as they begin (`lang.site.standing`)."""
+    found: dict[str, ScenarioAgent] = {}
+    for name, begins in beginnings(book.site, book.catalogue).items():
+        of = book.site.agents[name].type
+        found[name] = ScenarioAgent(name, of, begins.at, book.catalogue.types[of].human, home=begins.home)
     return found

@@ -6,7 +6,7 @@ from typing import Any, Final, Literal
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.lang.scenario import ScenarioAgent, ScenarioFault, ScenarioOrder
+from formiga_bt.lang.scenario import ScenarioAgent, ScenarioFault, ScenarioOrder, ScenarioResult
 
 Standing = Literal["grounded", "airborne", "at_port", "parked_away", "quarantined"]
 """How a machine is at the end of a case; `grounded` counts wherever it stands."""
@@ -90,6 +90,7 @@ class Case:
     faults: tuple[ScenarioFault, ...] = ()
     orders: tuple[ScenarioOrder, ...] = ()
     """With `abort_at` as an order among them."""
+    results: tuple[ScenarioResult, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

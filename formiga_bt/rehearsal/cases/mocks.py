@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from agents_sim.drone import Drone
+from agents_sim.machine import Machine
 from agents_sim.world import SimAgent, SimFleet
 from formiga_bt.base.clock import Scheduler, Timer, micros
 from formiga_bt.base.diagnostics import Mark
@@ -171,7 +171,7 @@ class _StandIn:
 
     def _fail(self, request: GoalRequest, rule: GoalRule) -> str:
         body = self._agent.body
-        if not isinstance(body, Drone):
+        if not isinstance(body, Machine):
             self._later(request, rule.after_s, lambda: self._break_off(request, rule))
             return ""
         refused = body.start(request)
@@ -187,7 +187,7 @@ class _StandIn:
         if side is None or side.state_of(request.goal_id) in TERMINAL:
             return
         self._mocks.used.rules.add(rule.mark)
-        if isinstance(body, Drone):
+        if isinstance(body, Machine):
             body.stop()
             body.report()
         side.finish(request.goal_id, "failed", code=rule.code)

@@ -3,7 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.scenario.options import BATTERY, PAYLOAD, WALK
+from formiga_bt.lang.scenario.options import BATTERY, CHARGES, PAYLOAD, WALK
 
 FILE: Final = (
     Option("formiga_test", "value", "Version of the format.", type="int", required=True),
@@ -17,6 +17,7 @@ CASE: Final = (
     Option("profile", "text", "A profile whose values hold for parameters that are not given."),
     Option("agents", "map", "What differs from the site, by agent or role: battery, at, absent."),
     Option("answers", "value", "How questions are answered, and what becomes of goals."),
+    Option("results", "value", "What simulated agents give, in which goals they fail or begin late; as in a scenario."),
     Option("faults", "value", "What goes wrong, and when; as in a scenario."),
     Option("orders", "value", "What people order, and when; as in a scenario."),
     Option("abort_at", "value", "When the task is aborted.", type="duration", least=0.0),
@@ -26,6 +27,7 @@ AGENT: Final = (
     Option("type", "name", "Of an agent that the site does not list."),
     Option("at", "value", "Where it begins: a port, a place, a point."),
     BATTERY,
+    CHARGES,
     PAYLOAD,
     WALK,
     Option("absent", "flag", "It is not there (false)."),

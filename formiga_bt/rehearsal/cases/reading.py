@@ -28,6 +28,7 @@ from formiga_bt.lang.scenario.entries import ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import read_params
+from formiga_bt.lang.scenario.results import read_results
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, shorten
 from formiga_bt.rehearsal.cases.agents import CaseAgents
@@ -173,10 +174,13 @@ class _Reader:
             answers, goals = read_rules(book, task)
             faults = sorted(read_faults(book), key=lambda fault: fault.at)
             orders = sorted([*read_orders(book, [task.name]), *_abort(book, task)], key=lambda order: order.at)
+            results = read_results(book)
             expect = read_expect(book, task, goals)
         if name is None or expect is None:
             return None
-        return Case(name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders))
+        return Case(
+            name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders), results
+        )
 
     def _params(self, book: Book, task: Task, keys: Keys, mark: Mark) -> dict[str, Any]:
         entry = keys.get("params")

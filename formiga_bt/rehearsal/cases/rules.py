@@ -5,7 +5,6 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.model import Ask, Call, Param, Role, Step, Task, WithAgents
 from formiga_bt.lang.scenario.book import Book
@@ -13,6 +12,7 @@ from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, read_mapping, shorten
 from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.walk import children
+from formiga_bt.rehearsal.bodies import on_wire
 from formiga_bt.rehearsal.cases.cases import AnswerRule, GoalRule
 from formiga_bt.rehearsal.cases.options import ANSWER, GOAL
 
@@ -145,14 +145,3 @@ def _result(book: Book, action: str, entry: Entry) -> Mapping[str, Any]:
     if mapping is not None and missing and not book.problems.has_errors(before):
         book.problems.add("E022", entry.value.mark, f"the result lacks {quoted_list(missing)}")
     return found
-
-
-def on_wire(value: Any) -> Any:
-    """Return a runtime value as it passes the wire: places and positions as mappings of metres."""
-    if isinstance(value, Position):
-        return {"east_m": value.east_m, "north_m": value.north_m, "up_m": value.up_m}
-    if isinstance(value, Place):
-        return {"east_m": value.east_m, "north_m": value.north_m}
-    if isinstance(value, tuple):
-        return [on_wire(item) for item in value]
-    return value

@@ -79,7 +79,8 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
     spending = spending or RunSpending()
     scenario = Scenario(
         "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
-        (ScenarioTask(0, cases.task.name, case.params, wait=patience(cases.task)),), case.faults, case.orders, file=cases.file,
+        (ScenarioTask(0, cases.task.name, case.params, wait=patience(cases.task)),), case.faults, case.orders,
+        case.results, file=cases.file,
     )  # fmt: skip
     run = VirtualRun(scenario, spending=spending)
     story = _Story(cases)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from agents_sim.__main__ import parse, read_spec
+from agents_sim.kinds import Kind, Outcome, SimAction
 from agents_sim.launch import FleetProcesses, command
 from agents_sim.world import AgentSpec
 from formiga_bt.base.geo import Place, Position
@@ -36,6 +37,22 @@ from formiga_bt.base.geo import Place, Position
             cut=True,
             on_link_loss="land",
             limits={"climb_drain_pct_s": 0.1},
+        ),
+        AgentSpec(
+            id="r",
+            type="rover",
+            does=Kind(
+                mobility="ground",
+                actions={"Drive": SimAction(moves_to="to"), "Look": SimAction(typical_us=3, result={"seen": ["ä b"]})},
+                limits={"speed_m_s": 2.0},
+                body="rover",
+            ),
+            outcomes=(
+                Outcome(action="Look", nth=2, give={"seen": []}, delay_s=1.5),
+                Outcome(action="Drive", fail="stuck"),
+            ),
+            seed=7,
+            chargers=(Place(-1.0, 2.0), Place(3.0, -4.0)),
         ),
     ],
 )

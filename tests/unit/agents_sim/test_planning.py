@@ -3,8 +3,11 @@
 import pytest
 
 from agents_sim.planning import LOWEST_HOVER_M, plan
+from agents_sim.shipped import KINDS
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.messages import GoalRequest
+
+HWD = KINDS["hwd"].actions
 
 
 @pytest.mark.parametrize(
@@ -20,7 +23,7 @@ def test_below_the_lowest_hover_it_climbs_first(
 ) -> None:
     request = GoalRequest(goal_id="g", agent="hwd_1", action=action, fields=fields)
 
-    legs = plan(request, Position(0.0, 0.0, up_m), is_airborne=True, is_low=False)
+    legs = plan(request, HWD[action], Position(0.0, 0.0, up_m), is_airborne=True, is_low=False, lasts_us=0)
 
     assert not isinstance(legs, str)
     assert [leg.kind for leg in legs if leg.kind != "descend"] == kinds.split()
@@ -30,7 +33,7 @@ def test_below_the_lowest_hover_it_climbs_first(
 def test_a_landing_right_below_goes_straight_down() -> None:
     request = GoalRequest(goal_id="g", agent="hwd_1", action="LandIn", fields={"at": {"east_m": 0.0, "north_m": 0.0}})
 
-    legs = plan(request, Position(0.0, 0.0, 0.5), is_airborne=True, is_low=False)
+    legs = plan(request, HWD["LandIn"], Position(0.0, 0.0, 0.5), is_airborne=True, is_low=False, lasts_us=0)
 
     assert not isinstance(legs, str)
     assert [leg.kind for leg in legs] == ["descend"]

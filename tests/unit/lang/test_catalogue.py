@@ -5,7 +5,7 @@ from pathlib import Path
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.model import Catalogue
 
-LIMITS_OF_FLIGHT = {"speed_m_s", "climb_m_s", "cruise_drain_pct_s", "hover_drain_pct_s", "payload_kg"}
+LIMITS_OF_FLIGHT = {"speed_m_s", "climb_m_s", "cruise_drain_pct_s", "hover_drain_pct_s", "charge_pct_s", "payload_kg"}
 
 
 class TestShippedCatalogue:
