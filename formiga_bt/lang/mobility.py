@@ -73,6 +73,14 @@ def check_mobility(
         known = RESTS[one.mobility]
         help_ = f"one of {quoted_list(known)}" if known else "take it out: it has no place to go to"
         problems.add("E103", keys.mark("rest"), f"'{one.name}' cannot rest {one.rest}: its {moves}", help_)
+    if one.rest == "docked" and not one.recover_ref:
+        help_ = "add recover: such as lib/driving.yaml#Park"
+        problems.add(
+            "E008",
+            keys.mark("rest") if "rest" in keys else name.key.mark,
+            f"'{one.name}' is docked, and nothing brings it there",
+            help_,
+        )
     for key in ("recover", "fetch", "land"):
         if key in keys and key not in _WAYS.get(one.mobility, ()):
             problems.add("E103", keys.mark(key), f"'{one.name}' has no use for {key}: its {moves}", "take it out")

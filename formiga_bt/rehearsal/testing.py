@@ -81,11 +81,14 @@ class ScriptedAgent:
         auto: Mapping[str, float] | None = None,
         landed: Landed = "grounded",
         effects: Mapping[str, str] | None = None,
+        moves: Mapping[str, str] | None = None,
     ) -> None:
         self.id, self.kind, self.mobility, self.actions = agent, kind, mobility, tuple(actions)
         self.auto = dict(auto or {})
         self.effects = dict(effects or {})
         """What `landed` is after an action that succeeded."""
+        self.moves = dict(moves or {})
+        """Which field of an action says where the agent is after it."""
         self.requests: list[GoalRequest] = []
         """Every goal begun, in order."""
         self.cancels: list[str] = []
@@ -160,8 +163,9 @@ class ScriptedAgent:
         self.succeed({"answer": word, "by": self.id, "at": self._hub.scheduler.now()})
 
     def _finish(self, goal: GoalRequest, state: Any, code: str, result: dict[str, Any], fields: dict[str, Any]) -> None:
-        if state == "succeeded" and self.mobility == "air":
-            fields = {**_moved(goal, self._fields["position"]), **fields}
+        if state == "succeeded" and self.mobility != "people":
+            to = goal.fields.get(self.moves.get(goal.action, ""))
+            fields = {**_moved(goal, to, self._fields["position"]), **fields}
             if self.effects.get(goal.action):
                 fields = {"landed": self.effects[goal.action], **fields}
         self._fields.update(fields)
@@ -204,14 +208,11 @@ def _plain(status: AgentStatus) -> dict[str, Any]:
     return {name: getattr(status, name) for name in AgentStatus.__struct_fields__}
 
 
-def _moved(goal: GoalRequest, here: Position) -> dict[str, Any]:
-    to, fields = goal.fields.get("to") or goal.fields.get("at"), goal.fields
+def _moved(goal: GoalRequest, to: Any, here: Position) -> dict[str, Any]:
+    if to:
+        return {"position": Position(to["east_m"], to["north_m"], to.get("up_m", 0.0))}
     if goal.action == "TakeOff":
-        return {"position": Position(here.east_m, here.north_m, float(fields["altitude"]))}
-    if goal.action == "LandIn" and to:
-        return {"position": Position(to["east_m"], to["north_m"], 0.0)}
-    if goal.action == "GoTo" and to:
-        return {"position": Position(to["east_m"], to["north_m"], to["up_m"])}
+        return {"position": Position(here.east_m, here.north_m, float(goal.fields["altitude"]))}
     return {}
 
 
@@ -227,10 +228,16 @@ class Bench(Rehearsal):
         """Add an agent; a machine stands at its own port unless `at` says otherwise. Then let it be seen."""
         spec = self.catalogue.types[kind]
         listed = self.site.agents.get(agent)
-        port = self.site.ports.get(listed.home) if listed else None
-        where = at or (port.at if port else Place(0.0, 0.0))
-        lands = {name: action.effect for name, action in self.catalogue.actions.items()}
-        options = {"actions": spec.actions, "mobility": spec.mobility, "effects": lands, **options}
+        spot = self.site.ports.get(listed.home) or self.site.stations.get(listed.home) if listed else None
+        where = at or (listed.at if listed else None) or (spot.at if spot else Place(0.0, 0.0))
+        actions = self.catalogue.actions
+        options = {
+            "actions": spec.actions,
+            "mobility": spec.mobility,
+            "effects": {name: action.effect for name, action in actions.items()},
+            "moves": {name: action.moves_to for name, action in actions.items()},
+            **options,
+        }
         made = ScriptedAgent(self.hub, agent, kind, at=where, **options)
         self.run_for(0.5)
         return made

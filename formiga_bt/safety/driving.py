@@ -4,7 +4,7 @@ Zones are the fence and the no-go regions; the speed is the one that the goal as
 way and from its end to the nearest charging station, in time over the ground times `drive_drain_pct_s` of the type.
 The corridor is the straight way with `min_spacing` around it: while another machine of another task stands or drives in it, a
 goal waits. A machine that avoids obstacles by itself would not need that; no card says so yet.
-Pure; called by the gate (`corridor`) and by what the gate asks of the limits (`at_gate`).
+Pure; called by the gate (`in_the_way`), by what it asks of the limits (`at_gate`), and at each status (`while_driving`).
 """
 
 import math
@@ -16,7 +16,7 @@ from formiga_bt.base.geo import Place, Position, horizontal_m, segment_distance_
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.flights import Breach
 from formiga_bt.safety.rules import Rules
-from formiga_bt.safety.traffic import Traffic, Way
+from formiga_bt.safety.traffic import TakenArea, Traffic, Way, way_area_m, ways_into
 
 LOW_M = 3.0
 """What is lower than this over the ground is in the way of who drives."""
@@ -28,7 +28,9 @@ class Drive(Struct, frozen=True, kw_only=True, gc=False):
     agent: str
     here: Position | None
     to: Place | None
-    """Where it drives; None = it stays where it is."""
+    """Where it drives; None = it stays where it is, or goes about in an area."""
+    around: tuple[Way, ...] = ()
+    """Of an action in an area: the ways into it and around it."""
     speed_m_s: float | None = None
     """That the goal asks for; None = the machine's own."""
     own_speed_m_s: float = 0.0
@@ -43,17 +45,19 @@ class Drive(Struct, frozen=True, kw_only=True, gc=False):
 def at_gate(drive: Drive, ground: Airspace, rules: Rules) -> Breach | None:
     """Return the gravest limit that a goal would break, or None."""
     speed = drive.own_speed_m_s if drive.speed_m_s is None else drive.speed_m_s
-    if speed > rules.max_speed_m_s and (drive.speed_m_s is not None or drive.to is not None):
+    if speed > rules.max_speed_m_s and (drive.speed_m_s is not None or drive.to is not None or drive.around):
         text = f"{drive.agent} would go with {speed:g} m/s, at most {rules.max_speed_m_s:g} m/s are allowed"
         return Breach("max_speed", text, speed, rules.max_speed_m_s)
-    if drive.to is None:
+    if drive.to is None and not drive.around:
         return None
-    if not math.isfinite(drive.to.east_m + drive.to.north_m):
-        return Breach("position", f"{drive.agent} is to go nowhere: a coordinate of the way is no number")
     if drive.here is None:
         return Breach("position", f"it is not known where {drive.agent} is")
+    ways = drive.around if drive.to is None else ((_low(drive.here), _low(drive.to)),)
+    if not all(math.isfinite(a.east_m + a.north_m + b.east_m + b.north_m) for a, b in ways):
+        return Breach("position", f"{drive.agent} is to go nowhere: a coordinate of the way is no number")
     for zone in ground.ground_zones:
-        offence = zone.offence(drive.here, drive.to, rescue=drive.rescue)
+        found = (zone.offence(a, b, rescue=drive.rescue) for a, b in ways)
+        offence = next((one for one in found if one is not None), None)
         if offence is not None:
             deep, at = (
                 round(offence.depth_m, 1),
@@ -64,7 +68,35 @@ def at_gate(drive: Drive, ground: Airspace, rules: Rules) -> Breach | None:
             return Breach(
                 "keep_out", f"the way enters the no-go region {zone.name}: {deep:g} m deep at {at}", deep, 0.0
             )
-    return None if drive.rescue else _charge(drive, drive.to, speed, rules)
+    return None if drive.rescue else _charge(drive, drive.to or drive.here.ground, speed, rules)
+
+
+def while_driving(
+    agent: str, here: Position | None, battery: float | None, ground: Airspace, rules: Rules
+) -> tuple[Breach, ...]:
+    """Return all limits that a machine on the ground breaks now, the gravest first.
+
+    Args:
+        agent: which one.
+        here: where it is; None = not known.
+        battery: percent; None = it is not judged by it, because it stands or does not tell.
+        ground: the fence and the no-go regions.
+        rules: its limits.
+    """
+    found: list[Breach] = []
+    if here is None:
+        found.append(Breach("position", f"it is not known where {agent} is"))
+    else:
+        for zone in ground.ground_zones:
+            if zone.is_broken_at(here):
+                name, where = (
+                    ("keep_in", "outside the fence") if zone.keep_in else ("keep_out", f"in no-go {zone.name}")
+                )
+                found.append(Breach(name, f"{agent} is {where}"))
+    if battery is not None and battery < rules.reserve_pct:
+        text = f"{agent} has {battery:.1f} %, {rules.reserve_pct:g} % are reserve"
+        found.append(Breach("reserve", text, battery, rules.reserve_pct))
+    return tuple(found)
 
 
 def _charge(drive: Drive, to: Place, speed: float, rules: Rules) -> Breach | None:
@@ -83,20 +115,35 @@ def _charge(drive: Drive, to: Place, speed: float, rules: Rules) -> Breach | Non
     return Breach("reserve", text, need, left)
 
 
-def corridor(agent: str, task: str, way: Way, traffic: Sequence[Traffic], keep_m: float) -> str:
+def ways_over(start: Position, leg: Way | None, area: TakenArea | None) -> tuple[Way, ...]:
+    """Return the straight ways over ground of a goal: its leg, or the ways into and around what it goes about in."""
+    if area is None:
+        return (leg,) if leg is not None else ()
+    corners = [_low(corner) for corner in area.corners]
+    return (*zip(corners, [*corners[1:], corners[0]], strict=True), *ways_into(start, area))
+
+
+def in_the_way(
+    agent: str, task: str, ways: Sequence[Way], area: TakenArea | None, traffic: Sequence[Traffic], keep_m: float
+) -> str:
     """Return the machine of another task that stands, drives, starts or lands in the way of who drives, or "".
 
     One that is too near already may be left, never be come nearer to.
     """
-    start, end = way
     for other in traffic:
         if other.agent == agent or (other.task and other.task == task):
             continue
-        ways = [(_low(spot), _low(spot)) for spot in other.spots]
-        ways += [one for one in other.ways if min(one[0].up_m, one[1].up_m) < LOW_M]
-        for theirs in ways:
-            a, b = _low(theirs[0]), _low(theirs[1])
-            if segment_distance_m(start, end, a, b) < keep_m and not _leaves(start, end, (a, b), keep_m):
+        theirs = [(_low(spot), _low(spot)) for spot in other.spots]
+        theirs += [(_low(a), _low(b)) for a, b in other.ways if min(a.up_m, b.up_m) < LOW_M]
+        for taken in theirs:
+            if area is not None and way_area_m(taken, area) < keep_m:
+                return other.agent
+            for start, end in ways:
+                if segment_distance_m(start, end, *taken) < keep_m and not _leaves(start, end, taken, keep_m):
+                    return other.agent
+        if other.area is not None and other.area.up_m < LOW_M:
+            low = TakenArea(other.area.corners, 0.0)
+            if any(way_area_m(way, low) < keep_m for way in ways):
                 return other.agent
     return ""
 

@@ -157,12 +157,14 @@ def _drive(
     if breach is not None:
         return Refuse(breach.code, breach.text, breach.value)
     here, target = ask.position, ask.target
-    if here is None or target is None:
+    if here is None or (target is None and ask.region is None):
         return Go()
     start = Position(here.east_m, here.north_m, 0.0)
-    leg = start, Position(target.east_m, target.north_m, 0.0)
-    blocker = driving.corridor(ask.agent, ask.task, leg, traffic, min_spacing_m)
-    return Hold("leg_busy", blocker) if blocker else Go(leg)
+    leg = None if target is None else (start, Position(target.east_m, target.north_m, 0.0))
+    area = area_of(ask.region.corners, 0.0, start) if target is None and ask.region is not None else None
+    ways = driving.ways_over(start, leg, area)
+    blocker = driving.in_the_way(ask.agent, ask.task, ways, area, traffic, min_spacing_m)
+    return Hold("leg_busy", blocker) if blocker else Go(leg, area)
 
 
 def _fly(

@@ -14,12 +14,13 @@ import math
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.base.geo import distance_m, horizontal_m
+from formiga_bt.base.geo import distance_m
 from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
 from formiga_bt.engine.agents.own_fields import take_fields
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
 from formiga_bt.engine.agents.repeats import Repeats
+from formiga_bt.engine.agents.resting import is_in_its_place
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
@@ -33,7 +34,6 @@ from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Not
 from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, StatusTaken
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import CancelDue, GraceDue, LiveDue, StrayDue
-from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
 MOST_ID = 10**9
@@ -140,8 +140,8 @@ class Fleet:
             landed=status.landed,
             stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
             inside=self._passages.seen(agent, status.position),
-            lost_leg=None if status.landed == "grounded" else agent.lost_leg,
-            lost_area=None if status.landed == "grounded" else agent.lost_area,
+            lost_leg=None if _stands(agent, status) else agent.lost_leg,
+            lost_area=None if _stands(agent, status) else agent.lost_area,
             control=status.control,
             word=status.status,
             payload_kg=status.payload_kg,
@@ -289,17 +289,14 @@ class Fleet:
 
     def _rest(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
-        away = agent.flies and agent.landed == "grounded" and not self.at_port(agent)
+        away = agent.landed == "grounded" and not self.at_port(agent)
         pool = "PARKED_AWAY" if away else "STANDBY"
         if pool != agent.pool:
             self._core.put_agent(agent_id, pool=pool)
 
     def at_port(self, agent: AgentRecord) -> bool:
-        """Return whether a machine is at its own port (horizontally); what does not fly has none to be at."""
-        if not agent.flies:
-            return True
-        port = self._core.site.ports.get(agent.home)
-        return port is not None and agent.position is not None and horizontal_m(port.at, agent.position) <= AT_PORT_M
+        """Return whether a machine that stands is where it belongs: at its own port, or as its type's `rest` says."""
+        return is_in_its_place(self._core, agent)
 
     # -- liveness ------------------------------------------------------------------------------------------------
     def _mark_alive(self, agent_id: str, wall: int) -> None:
@@ -544,6 +541,11 @@ class Fleet:
         elif agent.landed == "airborne" and core.agent_type(agent).recover is not None:
             # It landed, and was sent up again by an engine that could not keep that.
             self._core.report(Idle(agent_id))
+
+
+def _stands(agent: AgentRecord, status: AgentStatus) -> bool:
+    """Return whether a machine surely goes nowhere: one that drives stands when it says that it does nothing."""
+    return status.landed == "grounded" and (agent.mobility != "ground" or status.status == "STANDBY")
 
 
 def _wind(status: AgentStatus) -> tuple[float, float] | None:

@@ -16,13 +16,13 @@ from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.kernel.causes import ClearanceHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
-from formiga_bt.safety.driving import Drive
+from formiga_bt.safety.driving import Drive, ways_over
 from formiga_bt.safety.driving import at_gate as at_gate_driving
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, GateInput
 from formiga_bt.safety.grid import Box, Grid, grown
 from formiga_bt.safety.rules import Rules
-from formiga_bt.safety.traffic import GROUND_M, TakenArea, Traffic, Way, traffic_of
+from formiga_bt.safety.traffic import GROUND_M, TakenArea, Traffic, Way, area_of, traffic_of
 
 SUN_EVERY_US: Micros = 60 * SECOND
 """Whether the sun is up is asked so often."""
@@ -232,6 +232,7 @@ class GateView:
             agent=agent.id,
             here=agent.position,
             to=target.ground if isinstance(target, Position) else target,
+            around=_around(agent.position, ask.region),
             speed_m_s=float(speed) if isinstance(speed, int | float) else None,
             own_speed_m_s=own.get("speed_m_s", 0.0),
             battery=agent.battery,
@@ -365,3 +366,10 @@ def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
         return TakeOverHold(agent.id) in held or (ResumeHold() in held and (section != "recover" or stands))
     # The clearance that a goal's own agent waits for is judged by the gate itself.
     return any(cause != ClearanceHold(agent.id) for cause in held)
+
+
+def _around(here: Position | None, region: Region | None) -> tuple[Way, ...]:
+    if here is None or region is None or not region.corners:
+        return ()
+    start = Position(here.east_m, here.north_m, 0.0)
+    return ways_over(start, None, area_of(region.corners, 0.0, start))

@@ -362,7 +362,9 @@ class Goals:
             core.set_wall(timer, RESEND_US)
         elif isinstance(timer, GraceDue) and goal.state == "canceling":
             agent = core.state.agents[goal.agent]
-            if agent.goal == goal_id and (agent.landed != "grounded" or agent.liveness != "ALIVE"):
+            if agent.goal == goal_id and (
+                agent.landed != "grounded" or agent.mobility == "ground" or agent.liveness != "ALIVE"
+            ):
                 self._keep_way(goal)
             self.end(goal_id, "in_doubt", "cancel_unconfirmed", "the cancel was never confirmed")
             if agent.human:  # people are only unreachable

@@ -6,18 +6,23 @@
 | the last phase of a landing, and the limit is reserve, wind or daylight | alarm; the landing is finished, then the task ends |
 | for nobody | alarm, and it is ordered to return |
 | home already: recover, an order | alarm; a rescue is never refused; at half the reserve without a free way home it lands |
+
+What drives is looked at while a task has it or a goal runs: the fence, no-go regions, charge while it drives, progress. It is
+ordered to return (to a station), or to hold: then it stands until a person decides.
 """
 
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.overload import lag_since
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.safety.driving import while_driving
 from formiga_bt.safety.envelope import Breach, FlightState, in_flight
 from formiga_bt.safety.rules import Rules
 
@@ -41,14 +46,18 @@ class Breaches:
         """A status of a machine came in; by it this goal of the machine has ended, though its end may not be handled yet."""
         core = self._core
         agent = core.state.agents[agent_id]
-        if agent.landed == "grounded":
+        if agent.mobility not in MOVING:
+            return
+        if agent.flies and agent.landed == "grounded":
             self._on_ground(agent)
             return
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
         rules = core.rules(agent, agent.task)
-        found = self._broken(agent, rules) or (self._stuck(agent) if agent.goal != ended else ())
-        self._waits_too_long(agent)
+        broken = self._broken if agent.flies else self._driving
+        found = broken(agent, rules) or (self._stuck(agent) if agent.goal != ended else ())
+        if agent.flies:
+            self._waits_too_long(agent)
         if not found:
             if agent.breach and not agent.breach.startswith(LATER):
                 core.put_agent(agent_id, breach="")
@@ -64,6 +73,14 @@ class Breaches:
             if spots:
                 return in_flight(replace(state, spots=(*state.spots, *spots)), core.airspace, rules)
         return found
+
+    def _driving(self, agent: AgentRecord, rules: Rules) -> tuple[Breach, ...]:
+        core = self._core
+        goal = core.state.goals.get(agent.goal)
+        if goal is None and not agent.task:
+            return ()
+        drives = goal is not None and goal.in_flight and goal.leg is not None
+        return while_driving(agent.id, agent.position, agent.battery if drives else None, core.airspace, rules)
 
     def _lands_later(self, agent: AgentRecord) -> tuple[Place, ...]:
         """Return where it was landing when it was stopped, or waits to land: it may be low there."""
@@ -108,8 +125,8 @@ class Breaches:
     def _stuck(self, agent: AgentRecord) -> tuple[Breach, ...]:
         """A way takes far longer than it should: the machine does not get on."""
         core = self._core
-        goal, power = core.state.goals.get(agent.goal), core.power(agent)
-        if goal is None or power is None or goal.leg is None or goal.sent_at is None or goal.state != "running":
+        goal, (speed_m_s, climb_m_s) = core.state.goals.get(agent.goal), self._pace(agent)
+        if goal is None or speed_m_s <= 0.0 or goal.leg is None or goal.sent_at is None or goal.state != "running":
             return ()
         resume = core.state.resume
         if resume is not None and agent.id in resume.waits:
@@ -118,13 +135,22 @@ class Breaches:
         if lag is None:
             return ()  # the engine comes late, not the machine
         (start, end), speed = goal.leg, goal.fields.get("speed")
-        pace = min(power.speed_m_s, float(speed)) if isinstance(speed, int | float) else power.speed_m_s
-        typical_s = horizontal_m(start, end) / max(pace, 0.5) + abs(end.up_m - start.up_m) / max(power.climb_m_s, 0.2)
+        pace = min(speed_m_s, float(speed)) if isinstance(speed, int | float) else speed_m_s
+        least = 0.5 if agent.flies else 0.05
+        typical_s = horizontal_m(start, end) / max(pace, least) + abs(end.up_m - start.up_m) / max(climb_m_s, 0.2)
         most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - goal.sent_at) / SECOND
         if lasts_s <= most_s:
             return ()
         text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"
         return (Breach("progress", text, round(lasts_s, 1), round(most_s, 1)),)
+
+    def _pace(self, agent: AgentRecord) -> tuple[float, float]:
+        """Return its speed and climb, m/s; 0 = not known, and its progress is not watched."""
+        power = self._core.power(agent)
+        if agent.flies:
+            return (power.speed_m_s, power.climb_m_s) if power is not None else (0.0, 0.0)
+        limits = {**self._core.agent_type(agent).limits, **agent.limits}
+        return limits.get("speed_m_s", 0.0), 0.0
 
     def _breached(self, agent: AgentRecord, breach: Breach) -> None:
         core = self._core

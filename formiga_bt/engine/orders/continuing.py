@@ -107,7 +107,8 @@ def obstacle(state: EngineState, agent: AgentRecord, action: Lookup, *, steps: b
     carrier = state.tasks.get(order.task) if order is not None else None
     if order is not None and order.stop == "cut" and order.state != "failed":
         return "cut", f"the motors of {agent.id} were ordered to be cut"
-    if order is not None and carrier is not None and carrier.section != "done" and agent.landed != "grounded":
+    moves = agent.landed != "grounded" or agent.mobility == "ground"
+    if order is not None and carrier is not None and carrier.section != "done" and moves:
         return (
             "order_under_way",
             f"{agent.id} is on its way ({order.stop}); let it end, or formiga hold {agent.id} first",

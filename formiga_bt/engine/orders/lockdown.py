@@ -1,4 +1,4 @@
-"""Lockdown: nothing starts and nothing goes on; what flies under our control is ordered to return, hold or land.
+"""Lockdown: nothing starts and nothing goes on; what flies or drives under our control is ordered to return, hold or land.
 
 Machines that come under our control in the air later get the same order. The release lifts it; a task whose steps were
 interrupted stays HELD until a person says continue or aborts it.
@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import LockdownHold, OperatorHold
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
@@ -54,7 +55,7 @@ class Lockdowns:
 
     def _press(self, agent: AgentRecord, lockdown: Lockdown, *, changed: bool = False) -> None:
         core = self._core
-        if agent.human or self._orders.refusal(agent, lockdown.how) is not None:
+        if agent.mobility not in MOVING or self._orders.refusal(agent, lockdown.how) is not None:
             return
         if agent.landed == "grounded" and not self._orders.is_busy(agent.id):
             return

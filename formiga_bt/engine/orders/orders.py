@@ -7,6 +7,9 @@
 | land | a system task flies the type's `land`, to the nearest spot away from known people | done |
 | cut | one safety goal of an announced action with `cuts`; then QUARANTINED until a person clears it | the same |
 
+What drives is on the ground: `hold` and `land` cancel its goals and it stands until a person decides, `return` drives it to a
+station by its type's `recover`. What never moves finishes its motion and gets no new goal: `return` and `land` are a `hold`.
+
 A `StandingOrder` stands until what it was given for is continued, ended or released; the engine's own until it is done. While
 it stands the gate lets nothing but its own goals to the machine, and the allocator grants nobody the machine. The interrupted
 goals of its task wait as `interrupted`; `continue` has their steps send them anew.
@@ -20,7 +23,9 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.agents.resting import is_at_home
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
@@ -43,6 +48,13 @@ BREACH_HOLD_US: Micros = 5 * SECOND
 
 NAMES: Final = {"return": "Return", "land": "Land"}
 """System tasks that carry out orders."""
+
+
+def _meaning(agent: AgentRecord, stop: Stop) -> Stop:
+    """Return what a stop means for a machine: what does not fly never lands, what never moves never returns."""
+    if agent.mobility == "ground":
+        return "hold" if stop == "land" else stop
+    return stop if agent.flies or stop == "cut" else "hold"
 
 
 class StandingOrders:
@@ -72,6 +84,7 @@ class StandingOrders:
     ) -> None:  # fmt: skip
         """Put an order on a machine. `strict`: say why it cannot be; else such a machine is passed over."""
         core = self._core
+        stop = _meaning(agent, stop)
         problem = self.refusal(agent, stop)
         if problem and (strict or problem[0] != "not_in_command"):
             if strict:
@@ -95,9 +108,9 @@ class StandingOrders:
             self.put(replace(core.state.orders[agent.id], task=agent.task))
             self.resume(agent)
             return
-        if not (stop == "return" and self._lands_at_home(agent)):
+        if agent.mobility in MOVING and not (stop == "return" and self._lands_at_home(agent)):
             self._goals.interrupt_all(agent.id)
-        if stop == "hold":
+        if stop == "hold" and agent.flies:
             patience = BREACH_HOLD_US if why else self._clearances.patience_us(agent)
             core.set_deadline(OrderDue(agent.id), core.now + patience)
         self.advance(agent.id)
@@ -197,7 +210,7 @@ class StandingOrders:
             self._cut(agent, order)
         elif busy and (agent.landed == "grounded" or order.stop == "land" or self._lands_at_home(agent)):
             return  # rotors may be starting; where it comes to stand is known when that goal has ended
-        elif agent.landed == "grounded" and (order.stop == "land" or self._fleet.at_port(agent)):
+        elif agent.landed == "grounded" and (order.stop == "land" or is_at_home(core, agent)):
             self._settle(order)
         elif self._recovered_by_its_task(agent, order):
             self.put(replace(order, task=agent.task))
@@ -228,7 +241,7 @@ class StandingOrders:
         if order.stop == "return" and agent.landed != "grounded" and has_no_port(self._core, agent):
             self.no_way_home(agent.id, NO_PORT)
             return
-        way = kind.land if order.stop == "land" else kind.fetch if agent.landed == "grounded" else kind.recover
+        way = kind.way("land" if order.stop == "land" else "fetch" if agent.landed == "grounded" else "recover")
         if way is None:
             self.put(replace(order, state="failed"))
             text = f"{agent.id} cannot {order.stop}: its type {agent.type} has no way to"
@@ -255,7 +268,7 @@ class StandingOrders:
 
     def _settle(self, order: StandingOrder) -> None:
         agent = self._core.state.agents[order.agent]
-        if order.scope == "engine":
+        if order.scope == "engine" and (agent.flies or order.stop != "hold"):
             self.withdraw(order)
             self.resume(agent, steps=False)
         else:
@@ -281,6 +294,9 @@ class StandingOrders:
         agent = core.state.agents[task.system.agent]
         core.stale.add(agent.id)
         if agent.landed == "grounded":
+            if not agent.flies and not is_at_home(core, agent):
+                text = f"{agent.id} did not get home: it stands where it is"
+                core.effect(Alarm("agent_needs_help", text, agent.task, agent.id))
             self._settle(replace(order, task=""))
         elif task.outcome.notes and task.outcome.notes[-1].startswith("envelope.") and order.stop == "return":
             self.no_way_home(agent.id, task.outcome.notes[-1])
@@ -295,7 +311,8 @@ class StandingOrders:
         core = self._core
         agent = core.state.agents[agent_id]
         old = core.state.orders.get(agent_id)
-        core.effect(Alarm("no_way_home", f"{agent_id} finds no legal way home and lands: {why}", agent.task, agent_id))
+        then = "lands" if agent.flies else "stands"
+        core.effect(Alarm("no_way_home", f"{agent_id} finds no legal way home and {then}: {why}", agent.task, agent_id))
         if old is not None:
             core.emit(ch.OrderPut(agent_id, None))
         scope = old.scope if old is not None else "engine"

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.agents.resting import home_of
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.engine.kernel.state import is_member
@@ -109,8 +110,7 @@ class TaskEnv:
             case "transit_height":
                 return agent.layer_m
             case "home":
-                port = self._core.site.ports.get(agent.home)
-                return port.at if port else None
+                return home_of(self._core, agent)
         return agent.fields.get(name)  # of its type's own
 
     def members(self, agent_type: str) -> tuple[AgentRef, ...]:

@@ -12,6 +12,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.energy import CALM, reach_m
 from formiga_bt.base.geo import Place
 from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.agents.resting import is_at_home, is_in_its_place
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import Core
@@ -91,15 +92,16 @@ class Recovery:
         return not task.system.stop and order is not None and order.state == "open" and order.task not in ("", task.id)
 
     def _way(self, task: TaskRecord, agent: AgentRecord) -> Way | None:
+        name: Way = "recover"
         if task.system.stop == "land":
-            return "land" if self._core.agent_type(agent).land else None
-        if task.system.stop == "return" and agent.landed == "grounded":
-            return "fetch" if self._core.agent_type(agent).fetch else None
-        return "recover" if self._core.agent_type(agent).recover else None
+            name = "land"
+        elif task.system.stop == "return" and agent.landed == "grounded":
+            name = "fetch"
+        return name if self._core.agent_type(agent).way(name) else None
 
     def _subtree(self, agent_id: str, way: Way) -> Subtree:
         kind = self._core.agent_type(self._core.state.agents[agent_id])
-        subtree = {"recover": kind.recover, "fetch": kind.fetch, "land": kind.land}[way]
+        subtree = kind.way(way)
         assert subtree is not None, f"{kind.name} has no way to {way}"
         return subtree
 
@@ -120,7 +122,7 @@ class Recovery:
                     continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
                     continue
-                if agent.landed != "grounded" and core.agent_type(agent).recover is not None:
+                if not self._is_down(agent, "recover") and core.agent_type(agent).recover is not None:
                     self._try_again(task_id, agent_id)
                     continue
                 self._fleet.release(agent_id)
@@ -222,8 +224,10 @@ class Recovery:
         self.proceed(task_id)
 
     def _is_down(self, agent: AgentRecord, way: Way) -> bool:
-        """Return whether nothing of a way home is left to do: one that is fetched must stand at its port."""
-        return agent.landed == "grounded" and (way != "fetch" or self._fleet.at_port(agent))
+        """Return whether nothing of a way home is left to do: one that is fetched must stand at home."""
+        if way == "fetch":
+            return agent.landed == "grounded" and is_at_home(self._core, agent)
+        return agent.landed == "grounded" and (agent.flies or is_in_its_place(self._core, agent))
 
     def _note(self, task_id: str, text: str) -> None:
         self._core.put_part(task_id, "outcome", notes=(*self._core.task(task_id).outcome.notes, text))

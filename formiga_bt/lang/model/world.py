@@ -102,6 +102,16 @@ class AgentType(Struct, frozen=True):
         """Return whether the rules of flight hold for it."""
         return self.mobility == "air"
 
+    def way(self, name: Literal["recover", "fetch", "land"]) -> Subtree | None:
+        """Return the subtree of a way home, if it has one; what drives is fetched by its recover."""
+        match name:
+            case "recover":
+                return self.recover
+            case "fetch":
+                return self.fetch if self.flies else self.recover
+            case "land":
+                return self.land
+
 
 class Catalogue(Struct, frozen=True):
     """Agent types and actions that trees may use."""

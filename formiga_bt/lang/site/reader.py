@@ -280,9 +280,6 @@ class SiteReader(Points):
         if kind.flies and "home" not in keys:
             what = f"an agent of type {of.text} needs a home of its own"
             self.problems.add("E008", of.mark, what, "add home: with one of ports:")
-        if kind.rest == "docked" and "home" not in keys:
-            what = f"an agent of type {of.text} needs a home of its own"
-            self.problems.add("E008", of.mark, what, "add home: with one of stations:")
         if kind.mobility == "fixed" and "at" not in keys:
             what = f"an agent of type {of.text} never moves: the site says where it stands"
             self.problems.add("E008", of.mark, what, "add at: with its place")

@@ -1,0 +1,85 @@
+"""Where machines belong when idle, by how they move and by `rest` of their type, and which way leads there.
+
+| moves | belongs | `home` | `return` ends |
+|---|---|---|---|
+| air | at its own port | that port | at its own port |
+| ground, docked | at a station that it may use | its own, else the nearest free one | at a station |
+| ground, parked | inside the fence, in no no-go region | the same, else where it stands | at a station, if there is one |
+| ground, anywhere | where it stands | as parked | as parked |
+| fixed, none | where it stands | its place | at once |
+"""
+
+from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.records import AgentRecord
+from formiga_bt.lang.model import Station
+from formiga_bt.safety.gate import AT_PORT_M
+
+
+def home_of(core: Core, agent: AgentRecord) -> Place | None:
+    """Return where a machine comes home to; None of one that has no home and is not known to stand anywhere."""
+    if agent.flies:
+        port = core.site.ports.get(agent.home)
+        return port.at if port is not None else None
+    if agent.mobility == "ground":
+        station = _station_of(core, agent)
+        if station is not None:
+            return station.at
+    listed = core.site.agents.get(agent.id)
+    if agent.mobility == "fixed" and listed is not None and listed.at is not None:
+        return listed.at
+    return agent.position.ground if agent.position is not None else None
+
+
+def is_at_home(core: Core, agent: AgentRecord) -> bool:
+    """Return whether `return` has nothing left to do for a machine that stands."""
+    match agent.mobility:
+        case "air":
+            return _is_near(agent, home_of(core, agent))
+        case "ground":
+            return not _stations(core, agent) or any(_is_near(agent, one.at) for one in _stations(core, agent))
+        case _:
+            return True
+
+
+def is_in_its_place(core: Core, agent: AgentRecord) -> bool:
+    """Return whether a machine that stands may stay where it is when its task has ended."""
+    if agent.mobility != "ground":
+        return not agent.flies or is_at_home(core, agent)
+    match core.agent_type(agent).rest:
+        case "docked":
+            return is_at_home(core, agent)
+        case "parked":
+            at = agent.position
+            return at is None or not any(zone.is_broken_at(at) for zone in core.airspace.ground_zones)
+        case _:
+            return True
+
+
+def _stations(core: Core, agent: AgentRecord) -> list[Station]:
+    """Return the stations that a ground machine may use: its own alone, if it has one; never another one's own."""
+    own = core.site.stations.get(agent.home)
+    if own is not None:
+        return [own]
+    taken = {one.home for one in core.site.agents.values()} | {one.home for one in core.state.agents.values()}
+    usable = [one for one in core.site.stations.values() if not one.kinds or agent.type in one.kinds]
+    return [one for one in usable if one.name not in taken]
+
+
+def _station_of(core: Core, agent: AgentRecord) -> Station | None:
+    """Return the station that a machine would go to: the nearest one at which no other stands or is about to."""
+    known, at = _stations(core, agent), agent.position
+    if len(known) < 2 or at is None:
+        return known[0] if known else None
+    others = [one for one in core.state.agents.values() if one.id != agent.id and one.mobility == "ground"]
+    used = [one.position.ground for one in others if one.position is not None]
+    used += [
+        goal.leg[1].ground for goal in core.state.goals.values() if goal.leg is not None and goal.agent != agent.id
+    ]
+    keep_m = core.site.min_spacing_m
+    free = [one for one in known if not any(horizontal_m(one.at, spot) < keep_m for spot in used)]
+    return min(free or known, key=lambda one: (horizontal_m(one.at, at), one.name))
+
+
+def _is_near(agent: AgentRecord, spot: Place | None) -> bool:
+    return spot is not None and agent.position is not None and horizontal_m(spot, agent.position) <= AT_PORT_M
