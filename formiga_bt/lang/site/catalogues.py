@@ -45,8 +45,6 @@ def named(text: str, file: str) -> list[str] | None:
 def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Path, ...]:
     """Return the files of the catalogues that a site uses: `base`, those that it names, those that are added.
 
-    Where there is no site, all that ships is known.
-
     What it names and does not exist is left out; the reader of the site reports it.
 
     Args:
@@ -54,7 +52,7 @@ def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Pa
         file: its name; where it lies is where files are looked up.
         more: what is added to it, relative to the present folder.
     """
-    words = named(text, file) if text else list(shipped_catalogues())
+    words = named(text, file) if text else None
     own = [catalogue_file(word, Path(file).parent) for word in ([] if words == [] else [BASE, *(words or ())])]
     added = [catalogue_file(str(one), Path()) or one for one in more]
     found: dict[Path, Path] = {}

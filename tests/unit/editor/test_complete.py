@@ -47,7 +47,7 @@ GOTO = "do: drone.GoTo"
         ("      to: ${target}\n", "      to: |\n", ["camp"]),
         ("type: lwd", "type: |", ["drone", "lwd", "hwd", "person", "picker", "watcher"]),
         ("target: place", "target: |", ["number", "int", "text", "bool", "percent", "distance"]),
-        ("imports: [lib/flying.yaml]", "imports: [|]", ["lib/flying.yaml"]),
+        ("imports: [lib/flying.yaml]", "imports: [|]", ["lib/driving.yaml", "lib/flying.yaml"]),
         ("vars:\n", "priority: |\nvars:\n", ["low", "medium", "high"]),
         ("vars:\n", "preemptible: |\nvars:\n", ["true", "false"]),
         ("  - call: ReturnHome", "  - set:\n      |\n  - call: ReturnHome", ["spots", "rounds"]),

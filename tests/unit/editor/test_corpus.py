@@ -62,7 +62,7 @@ def test_a_position_is_placed_as_the_parser_places_it(path: Path) -> None:
 
 
 def opened(path: Path) -> tuple[Project, Document]:
-    project = Project()
+    project = Project(actions=files("actions"))
     document = Document(path, path.read_text(encoding="utf-8"), 1)
     project.open[path] = document
     found = check(project, document)

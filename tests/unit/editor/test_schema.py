@@ -6,6 +6,7 @@ from typing import Any
 import jsonschema
 import pytest
 
+from formiga_bt.base.packaged import files
 from formiga_bt.editor.schema import editor_schema
 from formiga_bt.lang.kinds import KINDS, MODIFIERS
 from formiga_bt.lang.loader import load_catalogue, load_site
@@ -13,7 +14,7 @@ from formiga_bt.lang.pages import pages, whole
 from tests.unit.editor.core_schema_json import as_json
 
 ROOT = Path(__file__).parents[3]
-CATALOGUE = load_catalogue([ROOT / "actions" / "base.yaml"])[0]
+CATALOGUE = load_catalogue(files("actions"))[0]
 SITE = load_site(ROOT / "trees" / "demo-site.yaml", CATALOGUE)[0]
 SCHEMA = editor_schema(CATALOGUE, SITE)
 CHECK = jsonschema.Draft7Validator(SCHEMA)
