@@ -111,6 +111,13 @@ def _suggestions(found: AgentList) -> list[str]:
     return list(dict.fromkeys([*locked, *back, *bad, *ways])) or ["formiga run TASK --follow"]
 
 
+def _value(value: object) -> str:
+    """Return a value of a status as people read it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
 def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
     where = agent.at
     place = "" if where is None else where_words(agent.port, where.east_m, where.north_m, where.up_m)
@@ -123,6 +130,11 @@ def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
         "" if agent.control == "engine" else f"control: {agent.control}",
         "waits for handback" if agent.taken and agent.control == "engine" else "",
         agent.breach and f"breaks its limit: {agent.breach}",
+        *(f"{name}: {_value(value)}" for name, value in agent.fields.items()),
+        "charges" if agent.charging else "",
+        agent.floor and f"floor {agent.floor}",
+        *agent.errors,
+        *(f"{name} is refused" for name in (*agent.refused_actions, *agent.refused_fields)),
     ]
     battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
     return (

@@ -108,6 +108,21 @@ class AgentFact(Struct, frozen=True, kw_only=True):
     refused: str = ""
     word: str = ""
     """Its own status word."""
+    heading_deg: float | None = None
+    """True, clockwise from north."""
+    speed_m_s: float | None = None
+    floor: str = ""
+    charging: bool | None = None
+    fields: dict[str, Any] = {}
+    """What its type says besides, as wire values."""
+    errors: tuple[str, ...] = ()
+    """What is wrong with it, in its own words."""
+    refused_actions: dict[str, str] = {}
+    """What of its card cannot be used, and why."""
+    refused_fields: dict[str, str] = {}
+    """Fields of its status that are not of their types, and why."""
+    engine_id: str = ""
+    """The engine that it follows, as it says."""
 
     @property
     def human(self) -> bool:

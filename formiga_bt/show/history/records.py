@@ -15,6 +15,7 @@ from formiga_bt.show.history.rows import path_of_goal, where
 from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.lapse import cleared_machine, lapses_at
 from formiga_bt.show.why.standing import stands
+from formiga_bt.transport.messages import to_wire
 
 
 def point(where: Position) -> Point:
@@ -110,6 +111,15 @@ def agent_fact(
         rebooted=stands_rebooted(agent),
         refused=agent.refused or agent.refused_at_rest,
         word=agent.word,
+        heading_deg=agent.heading_deg,
+        speed_m_s=agent.speed_m_s,
+        floor=agent.floor,
+        charging=agent.charging,
+        fields=to_wire(agent.fields),
+        errors=tuple(error.text or error.code for error in agent.errors),
+        refused_actions=dict(agent.refused_actions),
+        refused_fields=dict(agent.refused_fields),
+        engine_id=agent.engine_id,
     )
 
 

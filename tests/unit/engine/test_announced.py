@@ -5,12 +5,14 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.cli.operator.agents import _row
 from formiga_bt.engine.agents.announced import contradiction, refusals
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal.testing import Bench, effects, packaged_world, task_of
-from formiga_bt.transport.messages import AgentCard, CardAction, CardField
+from formiga_bt.show.history.records import agent_fact
+from formiga_bt.transport.messages import AgentCard, AgentError, CardAction, CardField
 
 SITE, BASE = packaged_world()
 OWN = """
@@ -195,3 +197,17 @@ def test_a_field_may_not_be_called_like_one_of_every_agent(tmp_path: Path) -> No
     catalogue, problems, _ = load_catalogue([file])
     assert [one.code for one in problems] == ["E018", "E018"]
     assert list(catalogue.types["door"].fields) == ["open"]
+
+
+def test_what_is_said_and_what_is_refused_is_shown(own: Catalogue) -> None:
+    made = Bench(SITE, own, [])
+    door = made.agent("door_1", "door")
+    errors = (AgentError("hinge", "the hinge squeaks", "warning"),)
+    door.say(fields={"open": True, "angle": "wide"}, errors=errors, floor="2", charging=True, heading_deg=90.0)
+    made.run_for(2)
+    record = made.record("door_1")
+    fact = agent_fact(made.engine.state, record, made.now)
+    assert (fact.fields, list(fact.refused_fields)) == ({"open": True}, ["angle"])
+    assert (fact.errors, fact.floor, fact.charging, fact.heading_deg) == (("the hinge squeaks",), "2", True, 90.0)
+    note = _row(fact, None)[-1]
+    assert all(word in note for word in ("open: yes", "the hinge squeaks", "floor 2", "charges", "angle is refused"))
