@@ -163,7 +163,8 @@ def added_catalogues(words: Iterable[Path]) -> tuple[Path, ...]:
     Raises:
         UnusableFile: there is none, or it cannot be opened.
     """
-    from formiga_bt.lang.site.catalogues import catalogue_file, shipped_catalogues
+    from formiga_bt.lang.shipped import shipped_catalogues
+    from formiga_bt.lang.site.catalogues import catalogue_file
 
     found = []
     for word in words:

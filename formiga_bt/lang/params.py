@@ -17,6 +17,7 @@ from formiga_bt.lang.model import AgentType, Expr, Param
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.request.aliases import check_params
 from formiga_bt.lang.request.binding import impossible
+from formiga_bt.lang.shipped import types_help
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,
@@ -51,7 +52,7 @@ def read_agent_types(names: Sequence[Scalar], types: Mapping[str, AgentType], pr
         if at.text not in types:
             meant = surely(at.text, types)
             what = f"no agent type is called '{at.text}'{did_you_mean(at.text, types)}"
-            problems.add("E020", at.mark, what, f"types: {quoted_list(types)}", fix_word(at, meant))
+            problems.add("E020", at.mark, what, types_help(at.text, types), fix_word(at, meant))
         else:
             found.update(dict.fromkeys(descendants(at.text, types)))
     return tuple(found)

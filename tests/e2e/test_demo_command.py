@@ -14,6 +14,9 @@ import pytest
 
 from tests.e2e.conftest import SHORT
 from tests.e2e.rig import agent_pid, children, is_running, wait_until, world
+from tests.unit.cli.test_own_types import CRANE, STEPS
+from tests.unit.cli.test_own_types import DAY as LIFTING
+from tests.unit.cli.test_own_types import SITE as OWN
 
 pytestmark = pytest.mark.network
 
@@ -166,6 +169,19 @@ def test_an_agent_that_dies_by_itself_is_told_and_the_rest_goes_on(demo: Demo, t
     assert run.ended(90.0) == 1
     assert re.search(r"ExploreRegion-1 FAILED: agent_lost", run.text)
     assert re.search(r"^PickUp-2 .*SUCCEEDED", run.text.partition("Missions")[2].replace("│ ", ""), re.MULTILINE)
+
+
+def test_a_type_of_ones_own_is_shown_as_it_checks(demo: Demo, tmp_path: Path) -> None:
+    (tmp_path / "actions").mkdir()
+    (tmp_path / "trees").mkdir()
+    for name, text in {"site": OWN, "actions/crane": CRANE, "lifting": LIFTING}.items():
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "trees" / "lift.yaml").write_text(f"formiga: 1\ntask: Lift\n{STEPS}", encoding="utf-8")
+    run = demo("--scenario", str(tmp_path / "lifting.yaml"))
+
+    assert run.ended(90.0) == 0
+    assert "Lift-1: crane_1.Winch" in run.text
+    assert "crashes: 0" in run.text
 
 
 def test_ctrl_c_in_flight_aborts_lands_and_says_130(demo: Demo) -> None:

@@ -4,22 +4,17 @@ A word without a folder and without a suffix is a catalogue that ships; all else
 Called by the reader of sites, which reports what is wrong, and by `lang.compose`, which reads the files.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.base.packaged import files as packaged_files
+from formiga_bt.lang.shipped import shipped_catalogues
 from formiga_bt.lang.text.document import Listing, Mapping_, Scalar, parse_file
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import surely
 
 BASE: Final = "base"
 """The catalogue that each site has that does not say `actions: []`."""
-
-
-def shipped_catalogues() -> Mapping[str, Path]:
-    """Return the catalogues that ship, by name."""
-    return {path.stem: path for path in packaged_files("actions")}
 
 
 def is_name(word: str) -> bool:

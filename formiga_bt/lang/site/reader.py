@@ -11,6 +11,7 @@ from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
 from formiga_bt.lang.model import AgentType, Port, Resource, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
+from formiga_bt.lang.shipped import types_help
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
@@ -272,7 +273,7 @@ class SiteReader(Points):
         if of.text not in types:
             meant = surely(of.text, types)
             what = f"no agent type is called '{shorten(of.text)}'{did_you_mean(of.text, types)}"
-            self.problems.add("E020", of.mark, what, f"types: {quoted_list(types)}", fix_word(of, meant))
+            self.problems.add("E020", of.mark, what, types_help(of.text, types), fix_word(of, meant))
         return types.get(of.text)
 
     def _check_where(self, of: Scalar, kind: AgentType, keys: Keys) -> None:

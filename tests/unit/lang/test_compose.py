@@ -116,6 +116,17 @@ def test_what_is_not_there_is_reported_in_the_site(yard: Path, words: str, code:
     assert codes(found) == [f"{code}@site.yaml:6"]
 
 
+def test_who_misses_a_type_that_ships_is_told_where_it_is(yard: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ground = yard / "ground.yaml"
+    ground.write_text("types:\n  crane: {extends: hwd}\n")
+    monkeypatch.setattr("formiga_bt.lang.shipped.packaged_files", lambda _: [BASE, ground])
+    (problem,) = with_actions(yard, "[base]").diagnostics
+
+    assert problem.code == "E020"
+    assert "actions: [ground]" in problem.help
+    assert codes(with_actions(yard, "[ground]")) == []
+
+
 def test_the_digest_covers_each_catalogue_that_is_used(yard: Path) -> None:
     before = compose(yard / "site.yaml").catalogue.digest
     (yard / "actions" / "mine.yaml").write_text(CRANE.replace("20 s", "30 s"))
