@@ -17,9 +17,11 @@ from random import Random
 
 from msgspec import Struct, structs
 
+from agents_sim.bodies import build_body
 from agents_sim.drone import Drone
 from agents_sim.limits import DRONE_TYPES, DroneLimits
-from agents_sim.motion import BodyState, Segment
+from agents_sim.shipped import DRONE
+from agents_sim.spec import AgentSpec
 from formiga_bt.base.clock import VirtualScheduler
 from formiga_bt.base.energy import Power, Wind, home_pct, power_of, way_pct
 from formiga_bt.base.geo import Place, Position, mm
@@ -40,9 +42,13 @@ class Flight:
 
     def __init__(self, at: Place, home: Place, limits: DroneLimits, wind: Wind, payload_kg: float) -> None:
         self.clock = VirtualScheduler()
-        start = Position(at.east_m, at.north_m, 0.0)
-        state = BodyState(Segment(0, start, 0, start), "rest", 100.0, 0, 0.0, home)
-        self.drone = Drone("drone", self.clock, limits, state, wind=wind, payload_kg=payload_kg)
+        said = {name: number for name in limits.__struct_fields__ if (number := getattr(limits, name)) is not None}
+        spec = AgentSpec(
+            id="drone", type="drone", at=at, home=home, limits=said, does=DRONE, wind=wind, payload_kg=payload_kg
+        )
+        body = build_body(spec, self.clock)
+        assert isinstance(body, Drone)
+        self.drone = body
 
     def order(self, action: str, **fields: object) -> float:
         """Fly an action to its end; return the points of charge that it took."""

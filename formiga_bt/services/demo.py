@@ -224,8 +224,11 @@ class Demo:
         return self.fleet.verdict()
 
 
-def _watchers(specs: Sequence[AgentSpec]) -> dict[str, str]:
-    return {spec.id: spec.type for spec in specs if spec.type == "watcher"}
+def _watchers(scenario: Scenario) -> dict[str, str]:
+    """Return whom the person at the keyboard plays: the watchers of the site, or, if none of them is there, everybody."""
+    named = scenario.site.people.get("watchers", ())
+    people = [agent for agent in scenario.agents if agent.human]
+    return {agent.id: agent.type for agent in [one for one in people if one.id in named] or people}
 
 
 class ScenarioDemo(Demo):
@@ -246,7 +249,7 @@ class ScenarioDemo(Demo):
         also: Sequence[Task] = (),
     ) -> None:
         specs = specs_of(scenario, with_base=True)
-        self.me = _watchers(specs) if ask_me else {}
+        self.me = _watchers(scenario) if ask_me else {}
         """Who the person at the keyboard is: id -> type."""
         super().__init__(
             site_of(scenario),
