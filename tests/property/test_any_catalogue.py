@@ -8,6 +8,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from formiga_bt.base.machines import MOVING
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
@@ -45,7 +46,7 @@ FIELDS = st.dictionaries(st.sampled_from(["a", "b", "c"]), st.sampled_from(list(
 
 @st.composite
 def catalogues(draw: st.DrawFn) -> dict[str, Any]:
-    """Return a catalogue file; what moves has a field `to` that its actions may move to, and no drone searches a region."""
+    """Return a catalogue file; what moves has a field `to` that its actions may move to, and no machine searches a region."""
     actions: dict[str, Any] = {}
     types: dict[str, Any] = {}
     numbers = count()
@@ -54,7 +55,7 @@ def catalogues(draw: st.DrawFn) -> dict[str, Any]:
         own = []
         for _ in range(ACTIONS // TYPES + (number < ACTIONS % TYPES)):
             name = f"Act{next(numbers)}"
-            fields = {name: kind for name, kind in draw(FIELDS).items() if mobility != "air" or kind != "region"}
+            fields = {name: kind for name, kind in draw(FIELDS).items() if mobility not in MOVING or kind != "region"}
             spec: dict[str, Any] = {"fields": fields, "result": draw(st.dictionaries(st.sampled_from("pqr"), RESULTS))}
             spec["typical"] = f"{draw(st.integers(1, 30))} s"
             if mobility in ("ground", "people") and draw(st.booleans()):
