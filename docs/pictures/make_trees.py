@@ -20,6 +20,7 @@ TASKS = (
     "move_task", "explore_region", "pick_up", "watch_dog_sos", "watch_dog_request",
     "circle", "triangle", "zig_zag", "patrol_and_escort", "delivery",
 )  # fmt: skip
+WAREHOUSE = ("tote_run", "ward_delivery", "find_and_fetch")
 STEPS = 300
 
 ROUND = """  - sequence:
@@ -61,9 +62,9 @@ def first_task() -> str:
     return (ROOT / "README.md").read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0]
 
 
-def drawn(path: Path) -> Drawing:
+def drawn(path: Path, site: Path | None = None) -> Drawing:
     """Return the drawing of a task file, named as from the folder that it is in."""
-    read = read_task(path, read_world())
+    read = read_task(path, read_world(site=site))
     if read.task is None:
         raise SystemExit("\n".join(str(problem) for problem in read.diagnostics))
     return drawing_of(read.task)
@@ -75,6 +76,9 @@ def main(folder: Path) -> None:
     os.chdir(ROOT)
     for name in TASKS:
         (folder / f"{name}.svg").write_text(svg_of(drawn(Path("trees") / f"{name}.yaml")), encoding="utf-8")
+    for name in WAREHOUSE:
+        drawing = drawn(Path(f"trees/warehouse/trees/{name}.yaml"), Path("trees/warehouse/site.yaml"))
+        (folder / f"{name}.svg").write_text(svg_of(drawing), encoding="utf-8")
     with TemporaryDirectory() as place:
         os.chdir(place)
         Path("my.yaml").write_text(first_task(), encoding="utf-8")
@@ -82,7 +86,7 @@ def main(folder: Path) -> None:
         Path("rounds.yaml").write_text(written(STEPS), encoding="utf-8")
         (folder / "rounds.svg").write_text(svg_of(drawn(Path("rounds.yaml"))), encoding="utf-8")
         os.chdir(ROOT)
-    sys.stdout.write(f"{len(TASKS) + 2} trees drawn into {folder}\n")
+    sys.stdout.write(f"{len(TASKS) + len(WAREHOUSE) + 2} trees drawn into {folder}\n")
 
 
 if __name__ == "__main__":

@@ -174,11 +174,18 @@ def _root_keys(lines: Sequence[str]) -> set[str]:
     return {line.split(":", 1)[0].rstrip() for line in lines if line[:1].isalpha() and ":" in line}
 
 
+_OPTIONS: Final = frozenset(option.name for kind in KINDS.values() for option in kind.options)
+"""Names of options, some of which are kinds too."""
+
+
 def kind_of(keys: Mapping[str, str] | Sequence[str]) -> StepKind | None:
     """Return the kind of a step with these keys, as the checker finds it."""
     present = [key for key in keys if key in KINDS]
     options = {option.name for key in present for option in KINDS[key].options}
     kinds = [key for key in present if key not in options] or present
+    known = {option.name for option in (*MODIFIERS, *(KINDS[kinds[0]].options if kinds else ()))}
+    if len(kinds) == 1 and kinds[0] in _OPTIONS and not known.issuperset(key for key in keys if key not in KINDS):
+        return None  # a word such as `wait`, which is an option too, of a step whose kind is not written yet
     return KINDS[kinds[0]] if kinds else None
 
 

@@ -57,7 +57,11 @@ def editor_schema(catalogue: Catalogue, where: Site | None = None) -> Schema:
     of_others = [{"required": [*keys]} for keys, _ in signs]
     is_library = {"required": ["subtrees"], "not": {"required": ["task"]}}
     choices: list[Schema] = [
-        {"if": {"required": [*keys]}, "then": {"$ref": f"#/definitions/{name}"}} for keys, name in signs
+        {"if": {"required": [*keys], **but}, "then": {"$ref": f"#/definitions/{name}"}}
+        for keys, name in signs
+        for but in [
+            {"not": {"required": ["formiga_site"]}} if keys == ("actions",) else {}
+        ]  # a site names catalogues, too
     ]
     choices.append({"if": {"not": {"anyOf": [*of_others, is_library]}}, "then": {"$ref": "#/definitions/task"}})
     choices.append({"if": is_library, "then": {"$ref": "#/definitions/library"}})

@@ -35,7 +35,7 @@ def compose(
     """Read a site and the catalogues that it uses.
 
     Args:
-        site: the site file; None = no site, and `base` with what is added.
+        site: the site file; None = no site: what ships and shares no name with what is added.
         more: catalogue files, or names of those that ship, besides those that the site names.
         read: gives the text of a file.
         text: of the site file, if it is known already.

@@ -32,18 +32,18 @@ BASE = Place(0.0, 0.0)
 
 
 @cache
-def packaged_world() -> tuple[Site, Catalogue]:
-    """Return the demo site and the catalogue that ship with formiga_bt."""
-    world = compose(folder("trees") / "demo-site.yaml")
+def packaged_world(site: str = "demo-site.yaml") -> tuple[Site, Catalogue]:
+    """Return a site that ships with formiga_bt, by its file below `trees/`, and its catalogue."""
+    world = compose(folder("trees") / site)
     assert world.site is not None, world.diagnostics
     return world.site, world.catalogue
 
 
 @cache
-def packaged_task(name: str) -> Task:
-    """Return a task that ships with formiga_bt, by its file's name without `.yaml`."""
-    site, catalogue = packaged_world()
-    loaded = load_task(folder("trees") / f"{name}.yaml", catalogue=catalogue, site=site)
+def packaged_task(name: str, site: str = "demo-site.yaml") -> Task:
+    """Return a task that ships with formiga_bt, by its file below `trees/` without `.yaml`, for a site that ships."""
+    place, catalogue = packaged_world(site)
+    loaded = load_task(folder("trees") / f"{name}.yaml", catalogue=catalogue, site=place)
     assert loaded.task is not None, loaded.diagnostics
     return loaded.task
 

@@ -158,6 +158,14 @@ def test_all_ten_missions_fly_at_once_without_a_crash(demo: Demo) -> None:
     assert "crashes: 0, starts near people without clearance: 0, low flights: 0" in run.text
 
 
+def test_rovers_a_lift_and_a_door_of_a_warehouse_work_without_a_collision(demo: Demo) -> None:
+    run = demo("--scenario", "warehouse", "--speed", "15")
+
+    assert run.ended(120.0) == 0
+    assert len(re.findall(r"^.*-\d+ SUCCEEDED$", run.text, re.MULTILINE)) == 3
+    assert "crashes: 0" in run.text
+
+
 def test_an_agent_that_dies_by_itself_is_told_and_the_rest_goes_on(demo: Demo, tmp_path: Path) -> None:
     (tmp_path / "dies.yaml").write_text(ONE_DIES.format(site=SITE), encoding="utf-8")
     world(tmp_path, SOON_LOST)

@@ -9,13 +9,11 @@ from formiga_bt.rehearsal.cases.coverage import Coverage
 from formiga_bt.rehearsal.cases.judging import judge
 from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.cases.running import play
-from formiga_bt.rehearsal.testing import packaged_world
 
 TREES = folder("trees")
-SHELVES = (TREES, TREES / "cookbook")
+SHELVES = (TREES, TREES / "cookbook", TREES / "warehouse" / "trees")
 FILES = sorted(p for shelf in SHELVES for p in shelf.glob("*.test.yaml"))
 TASKS = sorted(p for shelf in SHELVES for p in shelf.glob("*.yaml") if not p.name.endswith((".test.yaml", "site.yaml")))
-CATALOGUE = packaged_world()[1]
 
 
 def test_every_tree_has_its_cases() -> None:
@@ -24,7 +22,7 @@ def test_every_tree_has_its_cases() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_the_cases_pass_and_reach_everything(path: Path) -> None:
-    loaded = load_cases(path, catalogue=CATALOGUE)
+    loaded = load_cases(path)
     assert [str(problem) for problem in loaded.diagnostics] == []
     assert loaded.cases is not None
     coverage = Coverage(loaded.cases.task)

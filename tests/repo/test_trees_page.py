@@ -25,6 +25,7 @@ ORDER = (
     "move_task", "explore_region", "pick_up", "watch_dog_sos", "watch_dog_request",
     "circle", "triangle", "zig_zag", "patrol_and_escort", "delivery",
 )  # fmt: skip
+WAREHOUSE = ("tote_run", "ward_delivery", "find_and_fetch")
 CATALOGUE = packaged_world()[1]
 
 
@@ -51,15 +52,16 @@ def crew(role: Role) -> str:
     return f"{count}{' or '.join(role.types)} (`{role.name}`)"
 
 
-def section(number: int, name: str) -> str:
-    task: Task = packaged_task(name)
+def section(title: str, name: str, folder: str = "") -> str:
+    task: Task = packaged_task(f"{folder}trees/{name}", f"{folder}site.yaml") if folder else packaged_task(name)
+    file = f"trees/{folder}trees/{name}.yaml" if folder else f"trees/{name}.yaml"
     rows = "\n".join(map(row, task.params.values()))
     others = f" Also called {', '.join(f'`{alias}`' for alias in task.aliases)}." if task.aliases else ""
     lines = [
-        f"## T{number} {task.name}",
+        f"{title} {task.name}",
         f"{task.description}",
         f"![The tree of {task.name}](pictures/trees/{name}.svg)",
-        f"File `trees/{name}.yaml`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.{others}",
+        f"File `{file}`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.{others}",
         f"| parameter | type | without it | what | also called |\n|---|---|---|---|---|\n{rows}",
     ]
     return "\n\n".join(lines)
@@ -75,8 +77,17 @@ This page is made from the files.
 """
 
 
+MORE = """## Missions of a warehouse
+
+For ground robots, a lift, a door and a drone, on the site `trees/warehouse/site.yaml`. See them all at once, each machine a
+process of its own: `formiga demo --scenario warehouse`.
+"""
+
+
 def test_the_page_is_what_the_files_say(wording: Wording) -> None:
-    text = HEAD + "\n" + "\n\n".join(section(i + 1, name) for i, name in enumerate(ORDER)) + "\n"
+    ten = "\n\n".join(section(f"## T{i + 1}", name) for i, name in enumerate(ORDER))
+    more = "\n\n".join(section("###", name, "warehouse/") for name in WAREHOUSE)
+    text = f"{HEAD}\n{ten}\n\n{MORE}\n{more}\n"
 
     wording.file(PAGE, text)
 

@@ -29,7 +29,8 @@ def read_library(
 ) -> "tuple[dict[str, Task], list[NotServed]]":
     """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
 
-    A file of the site goes before a shipped one. Tasks of the cookbook are for copying: a site serves its copies.
+    A file of the site goes before a shipped one. Tasks in folders of what ships (cookbook, warehouse) are for copying: a site
+    serves its copies.
 
     Args:
         tasks: files and folders; None: those of the site.
@@ -43,7 +44,7 @@ def read_library(
     mine = given.tasks
     if given.note:
         typer.echo(f"{given.note}\n", err=True)
-    shipped = [path for path in task_files([folder("trees")]) if path.parent.name != "cookbook"]
+    shipped = [path for path in task_files([folder("trees")]) if path.parent == folder("trees")]
     served: dict[str, Task] = {}
     refused: list[NotServed] = []
     for path in (*mine, *(p for p in shipped if p not in mine)):

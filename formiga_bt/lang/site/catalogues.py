@@ -40,6 +40,8 @@ def named(text: str, file: str) -> list[str] | None:
 def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Path, ...]:
     """Return the files of the catalogues that a site uses: `base`, those that it names, those that are added.
 
+    Without a site all that ships is known, but for what has a name of what is added.
+
     What it names and does not exist is left out; the reader of the site reports it.
 
     Args:
@@ -47,9 +49,9 @@ def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Pa
         file: its name; where it lies is where files are looked up.
         more: what is added to it, relative to the present folder.
     """
-    words = named(text, file) if text else None
-    own = [catalogue_file(word, Path(file).parent) for word in ([] if words == [] else [BASE, *(words or ())])]
     added = [catalogue_file(str(one), Path()) or one for one in more]
+    words = named(text, file) if text else _beside(added)
+    own = [catalogue_file(word, Path(file).parent) for word in ([] if words == [] else [BASE, *(words or ())])]
     found: dict[Path, Path] = {}
     for path in (*(one for one in own if one is not None and one.is_file()), *added):
         found.setdefault(path.resolve(), path)
@@ -77,3 +79,24 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):
         return False
+
+
+def _beside(added: Iterable[Path]) -> list[str]:
+    """Return the catalogues that ship and share no name with those that are added."""
+    own = {name for path in added if path.is_file() for name in _names(path)}
+    return [word for word, path in shipped_catalogues().items() if word != BASE and not own & _names(path)]
+
+
+def _names(path: Path) -> set[str]:
+    """Return the names of the types and actions of a catalogue; what cannot be read has none."""
+    try:
+        root, _ = parse_file(path.read_text(encoding="utf-8"), str(path))
+    except (OSError, UnicodeDecodeError):
+        return set()
+    parts = [root.get(key) for key in ("types", "actions")] if isinstance(root, Mapping_) else []
+    return {
+        one.key.text
+        for part in parts
+        if part is not None and isinstance(part.value, Mapping_)
+        for one in part.value.entries
+    }

@@ -48,7 +48,7 @@ def run(name: str) -> tuple[VirtualRun, dict[str, str], Verdict]:
     return virtual, {task.id: task.status for task in tasks.values()}, verdict
 
 
-@pytest.mark.parametrize("name", ["demo", "frozen-and-back", "nonsense"])
+@pytest.mark.parametrize("name", ["demo", "frozen-and-back", "nonsense", "warehouse"])
 def test_what_ships_succeeds_without_a_crash(name: str) -> None:
     virtual, statuses, verdict = run(name)
     assert set(statuses.values()) == {"SUCCEEDED"}
