@@ -41,6 +41,7 @@ class Rescue:
             self._tasks.refuse(task_id, code, reason)
             return
         drain = self._forget_tree(task_id)
+        task = core.task(task_id)  # what its goals waited for is gone with them, and with that a cause of HELD
         outcome = task.outcome
         if not (outcome.status and task.system.agent):
             outcome = replace(outcome, status="FAILED", code=code, reason=reason)

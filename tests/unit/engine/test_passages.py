@@ -6,10 +6,11 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
-from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.loader import load_catalogue, load_site
-from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.model import Catalogue, Resource, Site, Station
 from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, task_of
 from formiga_bt.safety.gate import Hold, Refuse
 from formiga_bt.safety.resources import ResourceUse, may_pass, may_shut
@@ -212,3 +213,35 @@ def test_what_a_leg_through_a_region_waits_for(
 def test_a_guard_is_refused_while_another_machine_is_inside() -> None:
     assert may_shut(use({}, {"n": "B"}), "d1") == Refuse("occupied", "bridge is occupied by n")
     assert may_shut(use({"A": 1}, {}), "d1") is None
+
+
+def test_a_way_home_counts_as_a_need_of_who_holds_something(hold: list[Hall]) -> None:
+    site, catalogue = hall()
+    across = Region(tuple(Place(*corner) for corner in ((30.0, -9.0), (34.0, -9.0), (34.0, 9.0), (30.0, 9.0))))
+    west_of_it = {**site.agents, "r1": replace(site.agents["r1"], home="s1")}
+    far = replace(
+        site,
+        agents=west_of_it,
+        stations={"s1": Station("s1", Place(50.0, 0.0))},
+        resources={"lift": Resource("lift", 1), "bridge": Resource("bridge", 1, across)},
+    )
+    holds = "agents: {rover: {type: rover, id: r1}}\nsteps: [{with_resource: lift, steps: [{wait: 10 s}]}]"
+    inner = "{with_resource: lift, steps: [{wait: 1 s}]}"
+    wants = f"agents: {{rover: {{type: rover, id: r2}}}}\nsteps: [{{with_resource: bridge, steps: [{inner}]}}]"
+    tasks = [task_of(holds, far, catalogue, name="Holds"), task_of(wants, far, catalogue, name="Wants")]
+    bench = Bench(far, catalogue, tasks)
+    hold.append(bench)  # type: ignore[arg-type]
+    for name, north in (("r1", 0.0), ("r2", 10.0)):
+        bench.agent(name, "rover", at=Place(0.0, north))
+    mine = bench.submit("Holds", {})
+    bench.run_for(0.5)
+    other = bench.submit("Wants", {})
+    bench.run_for(0.5)
+
+    assert bench.task(mine).resources.units == {"lift": 1}
+    assert not bench.task(other).resources.claims
+    verdicts = bench.engine.state.explanations[f"{other}|steps/steps[0]"]
+    assert [(v.code, v.detail) for v in verdicts] == [("safe_order", mine)]
+    assert bench.run_until_ended(mine, limit_s=60)
+    assert bench.run_until_ended(other, limit_s=60)
+    assert bench.task(other).status == "SUCCEEDED"
