@@ -78,6 +78,8 @@ class _Importer:
         self.done: dict[str, _Subtree] = {}
         self.reading: list[str] = []
         self.names: dict[str, str] = {}
+        self.ordered: set[str] = set()
+        """The actions of all trees whose node names no agent."""
 
     def read(self) -> str:
         """Return the text of the task file."""
@@ -138,6 +140,7 @@ class _Importer:
             text = main.get("_description" if key == "description" else f"_formiga_{key}")
             if text:
                 task[key] = unfold(text)
+        self.ordered |= reader.ordered
         if reader.needs_robot:
             parts.roles["robot"] = self._robot()
         params = {name: _shown(long) for name, long in scope.params.items()}
@@ -156,11 +159,8 @@ class _Importer:
         return task
 
     def _robot(self) -> Step:
-        ordered = {e.tag for tree in self.trees.values() for e in map(named, tree.walk()) if not e.children}
         types = self.catalogue.types.values() if self.catalogue is not None else ()
-        known = self.catalogue.actions if self.catalogue is not None else {}
-        wanted = ordered & set(known)
-        fit = [t.name for t in types if wanted and not t.human and wanted <= set(t.actions)]
+        fit = [t.name for t in types if self.ordered and not t.human and self.ordered <= set(t.actions)]
         if len(fit) == 1:
             return {"type": fit[0]}
         said = "choose the agent type; formiga check shows which types have the actions"
@@ -245,6 +245,7 @@ class _Importer:
         value: Step = ({"params": params} if params else {}) | {"steps": steps}
         if returns is not None:
             value["returns"] = returns
+        self.ordered |= reader.ordered
         self.done[name] = _Subtree(self._free_name(camel(name)), scope, value, reader.needs_robot)
         return self.done[name]
 

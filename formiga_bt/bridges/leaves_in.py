@@ -25,6 +25,8 @@ class LeafReader:
         self.conditions = ConditionReader(scope, models)
         self.vars: dict[str, Any] = {}
         self.needs_robot = False
+        self.ordered: set[str] = set()
+        """The actions whose node names no agent: they are the robot's."""
 
     def _todo(self, texts: list[str]) -> Step:
         return {TODO: texts, "notify": "TODO: " + one_line(texts[0])}
@@ -165,6 +167,8 @@ class LeafReader:
         action = clean(element.tag)
         if element.tag.startswith("Do") and (element.tag[2:] in BTCPP or element.tag[2:] in OWN):
             action = element.tag[2:]
+        if agent == "robot":
+            self.ordered.add(action)
         step: Step = {"do": f"{agent}.{action}"}
         if fields:
             step["with"] = fields

@@ -22,7 +22,7 @@ from tests.property.strategies import load, task_text
 from tests.shares import some
 
 ROOT = Path(__file__).parents[2]
-CATALOGUE = load_catalogue([ROOT / "actions" / "base.yaml"])[0]
+CATALOGUE = load_catalogue(sorted((ROOT / "actions").glob("*.yaml")))[0]
 SHIPPED = [path for path in sorted((ROOT / "trees").rglob("*.yaml")) if "\nsteps:" in path.read_text(encoding="utf-8")]
 LISTS = ("steps", "then", "else", "default", "sequence", "fallback", "parallel", "finally", "on_failure", "on_abort")
 
