@@ -4,10 +4,11 @@ import re
 from typing import Protocol
 
 from formiga_bt.base.geo import horizontal_m
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.lang.model import Expr, Param, Site
 from formiga_bt.safety.gate import AT_PORT_M
-from formiga_bt.show.facts import ParamFact
+from formiga_bt.show.facts import AgentFact, ParamFact
 
 
 class Listed(Protocol):
@@ -36,17 +37,23 @@ def listing(agent: Listed) -> tuple[bool, tuple[tuple[int, int, str], ...]]:
 
 
 def port_of(site: Site, agent: AgentRecord) -> str:
-    """Return the name of the port at which a machine stands on the ground, or ""."""
+    """Return the name of the port, or of the station, at which a machine stands on the ground, or ""."""
     at = agent.position
-    if at is None or agent.human or agent.landed != "grounded":
+    if at is None or agent.mobility not in MOVING or agent.landed != "grounded":
         return ""
-    near = [(horizontal_m(port.at, at), port.name) for port in site.ports.values()]
+    spots = site.ports.values() if agent.flies else site.stations.values()
+    near = [(horizontal_m(spot.at, at), spot.name) for spot in spots]
     return min(((away, name) for away, name in near if away <= AT_PORT_M), default=(0.0, ""))[1]
 
 
-def where_words(port: str, east_m: float, north_m: float, up_m: float) -> str:
-    """Return where an agent is: `port north`, or metres from the base station."""
-    return f"port {port}" if port else f"{east_m:.0f} E {north_m:.0f} N {up_m:.0f} up"
+def where_words(agent: AgentFact) -> str:
+    """Return where an agent is: `port north`, `station s1`, or metres from the base station; "" = not known, or nowhere."""
+    at = agent.at
+    if agent.port:
+        return f"{'port' if agent.mobility == 'air' else 'station'} {agent.port}"
+    if at is None:
+        return ""
+    return f"{at.east_m:.0f} E {at.north_m:.0f} N" + (f" {at.up_m:.0f} up" if agent.mobility == "air" else "")
 
 
 def param_fact(param: Param) -> ParamFact:

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.show.history.rows import rest_words
@@ -211,8 +212,8 @@ def _rest(goal: GoalRecord) -> str:
 def _agents(state: EngineState) -> Table:
     table = Table("agent", "pool", "action", "order", "battery", "height", expand=True)
     for agent in sorted(state.agents.values(), key=listing):
-        battery = "" if agent.human or agent.battery is None else f"{agent.battery:.0f} %"
-        up = f"{agent.position.up_m:.0f} m" if agent.position is not None and not agent.human else ""
+        battery = "" if agent.battery is None or agent.mobility not in MOVING else f"{agent.battery:.0f} %"
+        up = f"{agent.position.up_m:.0f} m" if agent.position is not None and agent.flies else ""
         pool = agent.pool if not agent.human else agent.word
         order = Text(_order(state, agent), "bold yellow")
         table.add_row(agent.id, pool, agent.action, order, battery, up)

@@ -119,8 +119,7 @@ def _value(value: object) -> str:
 
 
 def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
-    where = agent.at
-    place = "" if where is None else where_words(agent.port, where.east_m, where.north_m, where.up_m)
+    place = where_words(agent)
     state = agent.pool if not agent.human else "here" if agent.at_desk else "person"
     notes = [
         agent.order,
@@ -136,12 +135,11 @@ def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
         *agent.errors,
         *(f"{name} is refused" for name in (*agent.refused_actions, *agent.refused_fields)),
     ]
-    battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
     return (
         agent.id,
         agent.type,
         state,
-        battery,
+        agent.charge,
         place,
         agent.task or (order.task if order is not None else ""),
         agent.action,

@@ -141,11 +141,9 @@ def _state(source: "JournalSource") -> None:
     if now.agents:
         rows = [("AGENT", "LINK", "STANDS", "CHARGE", "TASK", "DOES", "WHERE")]
         for agent in now.agents:
-            charge = "" if agent.battery is None else f"{agent.battery:.0f} %"
-            at = agent.at
-            where = "" if at is None else where_words(agent.port, at.east_m, at.north_m, at.up_m)
-            stands = "" if agent.human else agent.landed
-            rows.append((agent.id, agent.liveness, stands, charge, agent.task, agent.action, where))
+            stands = agent.landed if agent.mobility == "air" else ""
+            does = (agent.task, agent.action, where_words(agent))
+            rows.append((agent.id, agent.liveness, stands, agent.charge, *does))
         print_table(rows)
     for question in now.questions:
         typer.echo(f"{question.number} of {question.task} asks {', '.join(question.asked)}: {question.text}")

@@ -93,7 +93,7 @@ def _agent(one: r.ListedAgent) -> str:
     words = [f"{one.id}: {one.type}, {one.kind}", f"home {one.home}" if one.home else ""]
     if (now := one.now) is not None:
         words += [f"{now.battery:g} %" if now.battery is not None else ""]
-        words += ["" if now.at is None else where_words(now.port, now.at.east_m, now.at.north_m, now.at.up_m)]
+        words += [where_words(now)]
         words += [now.pool, now.task, now.order, now.breach, now.quarantine, now.refused]
     words += ["not heard of" if one.here is False else ""]
     return ", ".join(word for word in words if word)

@@ -50,7 +50,7 @@ class MapMark(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A named point of the site, or where something happened."""
 
     name: str
-    kind: Literal["base", "port", "place", "landing", "event"]
+    kind: Literal["base", "port", "station", "place", "landing", "event"]
     at: Point
 
 

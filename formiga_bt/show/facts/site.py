@@ -5,7 +5,7 @@ from typing import Any
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.machines import Mobility
+from formiga_bt.base.machines import MOVING, Mobility
 from formiga_bt.show.facts.tree import Drawing, StepFact
 
 
@@ -128,6 +128,11 @@ class AgentFact(Struct, frozen=True, kw_only=True):
     def human(self) -> bool:
         """Return whether it is a person."""
         return self.mobility == "people"
+
+    @property
+    def charge(self) -> str:
+        """Return the charge of a machine that goes about on it, in words, or ""."""
+        return f"{self.battery:.0f} %" if self.battery is not None and self.mobility in MOVING else ""
 
 
 class GoalFact(Struct, frozen=True, kw_only=True):

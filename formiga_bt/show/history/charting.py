@@ -37,11 +37,13 @@ def _marks(site: Site) -> Iterator[MapMark]:
     yield MapMark(name="base", kind="base", at=Point(0.0, 0.0))
     for port in site.ports.values():
         yield from _mark(port.name, "port", port.at)
+    for station in site.stations.values():
+        yield from _mark(station.name, "station", station.at)
     for name, at in site.places.items():
         yield from _mark(name, "place", at)
 
 
-def _mark(name: str, kind: Literal["port", "place"], at: object) -> Iterator[MapMark]:
+def _mark(name: str, kind: Literal["port", "station", "place"], at: object) -> Iterator[MapMark]:
     if isinstance(at, Place | Position):
         up = at.up_m if isinstance(at, Position) else 0.0
         yield MapMark(name=name, kind=kind, at=Point(at.east_m, at.north_m, up))
@@ -52,8 +54,11 @@ def _shapes(site: Site) -> Iterator[MapShape]:
         yield MapShape(name="fence", kind="fence", corners=_corners(site.fence))
     for region, zone in zip(site.no_fly, Airspace(site).no_fly, strict=True):
         yield MapShape(name=zone.name, kind="zone", corners=_corners(region), forbidden=True)
+    for index, region in enumerate(site.no_go):
+        if region not in site.no_fly:
+            yield MapShape(name=f"no-go region {index + 1}", kind="zone", corners=_corners(region), forbidden=True)
     for name, region in site.regions.items():
-        if isinstance(region, Region) and region not in site.no_fly:
+        if isinstance(region, Region) and region not in (*site.no_fly, *site.no_go):
             yield MapShape(name=name, kind="region", corners=_corners(region))
 
 

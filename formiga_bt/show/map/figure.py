@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from formiga_bt.base.clock import SECOND
+from formiga_bt.base.machines import Mobility
 from formiga_bt.show.clean import cleaned, cut
 from formiga_bt.show.facts import Chart, MapMark, MapShape, Track
 from formiga_bt.show.map.labels import Rect, TakenSpace, along
@@ -25,10 +26,13 @@ SIDE_IN: Final = 0.62
 LOW, HIGH = 0.5, 0.8
 """Height of the map by its width, at least and at most."""
 STRIP_IN: Final = 1.05
+MARKS: Final[dict[Mobility, str]] = {"air": "D", "ground": "s", "fixed": "p", "none": "p", "people": "h"}
+"""Where agents stand."""
 LINES: Final = ("-", "--", "-.", ":", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)))
 _MARKS: Final[dict[str, tuple[str, float, str, str]]] = {
     "base": ("P", 9, "#000000", "base"),
     "port": ("s", 5, "#ffffff", "port"),
+    "station": ("s", 4, "#dddddd", "station"),
     "place": ("o", 4, "#777777", "place"),
     "landing": ("v", 6, "#ffffff", "landing"),
     "event": ("*", 9, "#ffd700", "event"),
@@ -62,7 +66,7 @@ class _Map:
 
         self.scene = scene
         self.tips = tips
-        self.flyers = [walk for walk in scene.walks if not walk.human and walk.span is not None]
+        self.flyers = [walk for walk in scene.walks if walk.mobility == "air" and walk.span is not None]
         self.said = [t for t in (outside_in_words(scene.outside, "--whole"), *scene.notes) if t]
         self.entries = _entries(scene)
         self.strip = STRIP_IN + 0.45 if self.flyers else 0.0
@@ -179,7 +183,7 @@ class _Map:
         self.places.take(Rect(x - half, y - half, x + half, y + half))
 
     def _names(self) -> None:
-        order = {"base": 0, "event": 1, "place": 2, "port": 3}
+        order = {"base": 0, "event": 1, "place": 2, "port": 3, "station": 3}
         named = [mark for mark in self.scene.marks if mark.kind in order]
         taken: set[tuple[str, int, int]] = set()
         for mark in sorted(named, key=lambda one: order[one.kind]):
@@ -204,7 +208,7 @@ class _Map:
         if walk.human or walk.stands:
             east, north = walk.end.east_m, walk.end.north_m
             (dot,) = self.axes.plot(
-                [east], [north], "h" if walk.human else "D", markersize=8, color=ink, markeredgecolor="black",
+                [east], [north], MARKS[walk.mobility], markersize=8, color=ink, markeredgecolor="black",
                 markeredgewidth=0.8, zorder=6,
             )  # fmt: skip
             dot.set_gid(self.tips.add(f"{who}\nat {east:.0f} m east, {north:.0f} m north", walk.agent))
@@ -361,7 +365,7 @@ def _entries(scene: MapScene) -> list[Any]:
     for number, walk in enumerate(scene.walks):
         ink, style = look_of(number)
         stands = walk.stands
-        shape = ("h" if walk.human else "D") if stands or walk.human else None
+        shape = MARKS[walk.mobility] if stands or walk.human else None
         entries.append(
             Line2D(
                 [], [], color=ink, linestyle="" if stands else style, marker=shape, linewidth=1.6,

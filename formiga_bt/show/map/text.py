@@ -35,6 +35,7 @@ class MapSigns(Struct, frozen=True):
 
     base: str
     port: str
+    station: str
     place: str
     landing: str
     event: str
@@ -50,11 +51,11 @@ class MapSigns(Struct, frozen=True):
 
 
 PLAIN: Final = MapSigns(
-    base="B", port="o", place="x", landing="v", event="*", person="@", fence="=", border=".", forbidden="/",
+    base="B", port="o", station="o", place="x", landing="v", event="*", person="@", fence="=", border=".", forbidden="/",
     arrows=_PLAIN_ARROWS, cut="~", corner="+", across="-", up="|",
 )  # fmt: skip
 FINE: Final = MapSigns(
-    base="⊕", port="□", place="•", landing="▽", event="★", person="☻", fence="═", border="·", forbidden="╱",
+    base="⊕", port="□", station="▫", place="•", landing="▽", event="★", person="☻", fence="═", border="·", forbidden="╱",
     arrows=_ARROWS, cut="…", corner="┼", across="─", up="│",
 )  # fmt: skip
 
@@ -148,7 +149,7 @@ class _Map:
                     self._put(row, column, self.look.forbidden, "red")
 
     def _marks(self) -> None:
-        rank = {"place": 0, "port": 1, "landing": 2, "base": 3, "event": 4}
+        rank = {"place": 0, "port": 1, "station": 1, "landing": 2, "base": 3, "event": 4}
         for mark in sorted(self.scene.marks, key=lambda one: rank[one.kind]):
             row, column = self._cell(mark.at)
             self._put(row, column, self._sign(mark), "bold")
@@ -192,7 +193,7 @@ class _Map:
     # -- names ---------------------------------------------------------------------------------------------------
     def _names(self) -> None:
         people = [(walk.end, walk.agent) for walk in self.scene.walks if walk.human]
-        order = {"base": 0, "event": 1, "place": 3, "port": 4}
+        order = {"base": 0, "event": 1, "place": 3, "port": 4, "station": 4}
         marks = sorted((m for m in self.scene.marks if m.kind in order), key=lambda one: order[one.kind])
         first = [(m.at, m.name) for m in marks if m.kind in ("base", "event")]
         rest = [(m.at, m.name) for m in marks if m.kind not in ("base", "event")]
@@ -222,13 +223,13 @@ class _Map:
         yield StyledLine.of(cut(f"{look.across * max(1, round(cells))} {step:g} m", width, look.cut), "dim")
         for number, walk in enumerate(self.scene.walks):
             yield StyledLine.of(cut(self._told(number, walk), width, look.cut), _INKS[number % len(_INKS)])
-        kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "place", "landing", "event")
+        kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "station", "place", "landing", "event")
                  if any(mark.kind == kind for mark in self.scene.marks)]  # fmt: skip
         kinds += [f"{look.person} person"] if any(walk.human for walk in self.scene.walks) else []
         kinds += [f"{look.fence * 2} fence"] if any(shape.kind == "fence" for shape in self.scene.shapes) else []
         if any(shape.kind != "fence" for shape in self.scene.shapes):
             kinds.append(f"{look.border * 2} region or zone")
-        kinds += [f"{look.forbidden * 2} no-fly"] if any(shape.forbidden for shape in self.scene.shapes) else []
+        kinds += [f"{look.forbidden * 2} no entry"] if any(shape.forbidden for shape in self.scene.shapes) else []
         for line in wrapped(kinds, width):
             yield StyledLine.of(line, "dim")
         for text in (outside_in_words(self.scene.outside, "--whole"), *self.scene.notes):
@@ -240,10 +241,10 @@ class _Map:
         who = self._clean(f"{letter_of(number)} {walk.agent}")
         if walk.human or walk.stands:
             where = f"{who}  at {walk.end.east_m:.0f} E {walk.end.north_m:.0f} N"
-            return where if walk.human else f"{where}{_heights(walk)}"
+            return f"{where}{_heights(walk)}" if walk.mobility == "air" else where
         span = walk.span
         took = f" in {lasted(span[1] - span[0])}" if span is not None else ""
-        return f"{who}  {walk.length_m:.0f} m over ground{took}{_heights(walk)}"
+        return f"{who}  {walk.length_m:.0f} m over ground{took}{_heights(walk) if walk.mobility == 'air' else ''}"
 
     # -- cells ---------------------------------------------------------------------------------------------------
     def _fine(self, p: Point) -> tuple[float, float]:

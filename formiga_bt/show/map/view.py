@@ -138,7 +138,7 @@ def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = 
     seen = tuple(mark for mark in marks if view.holds(mark.at))
     seen = (*(mark for mark in seen if mark.kind != "event"), *_together(mark for mark in seen if mark.kind == "event"))
     areas = tuple(shape for shape in shapes if view.cuts(shape) and not _is_around(shape, view))
-    outside = [m.name for m in marks if not view.holds(m.at) and m.kind in ("base", "port", "place")]
+    outside = [m.name for m in marks if not view.holds(m.at) and m.kind in ("base", "port", "station", "place")]
     outside += [shape.name for shape in shapes if shape not in areas]
     notes = []
     if len(walks) > len(shown):

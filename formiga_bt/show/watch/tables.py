@@ -100,12 +100,11 @@ def _agent_widths(agents: tuple[AgentFact, ...]) -> tuple[int, int, int]:
 def _agent(agent: AgentFact, width: int, widths: tuple[int, int, int], glyphs: Glyphs) -> Line:
     ids, tasks, actions = widths
     state, tone = _state(agent)
-    battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
     pieces = [TonedText(fit(clean(agent.id), ids, glyphs) + " ", "agent")]
     if width >= WIDE:
         pieces.append(TonedText(fit(clean(agent.type), 8, glyphs) + " ", "dim"))
     pieces.append(TonedText(fit(state, 16, glyphs) + " ", tone))
-    pieces.append(TonedText(fit(battery, 7, glyphs) + " "))
+    pieces.append(TonedText(fit(agent.charge, 7, glyphs) + " "))
     if width >= NARROW:
         pieces.append(TonedText(fit(clean(agent.task), tasks, glyphs) + " "))
         pieces.append(TonedText(fit(clean(agent.action), actions, glyphs) + " ", "kind"))

@@ -48,7 +48,7 @@ m     -50                        0                         50
 a hwd_1  122 m over ground in 75 s, heights 0 60 0 m
 b picker_1  at 62 E 70 N
 ⊕ base   □ port   • place   ▽ landing   ☻ person   ·· region or zone
-╱╱ no-fly
+╱╱ no entry
 outside: far, fence (--whole shows all)
 """
 
@@ -72,7 +72,7 @@ m             0                     500
 a hwd_1  122 m over ground in 75 s, heights 0 60 0 m
 b picker_1  at 62 E 70 N
 B base   o port   x place   v landing   @ person   == fence
-.. region or zone   // no-fly
+.. region or zone   // no entry
 """
 
 
