@@ -42,6 +42,7 @@ from benchmarks.peers.trees import mission, task_text
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.packaged import files, folder
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.engine.drivers.persist import Ahead, Outcome
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.drivers.virtual import VirtualDriver
@@ -252,6 +253,7 @@ class Wire:
     """A wire in this process with one worker: notes when goals come."""
 
     name = "bench"
+    guarantees = GUARANTEES
 
     def __init__(self) -> None:
         self.events: list[msg.TransportEvent] = []

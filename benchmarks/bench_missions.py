@@ -30,6 +30,7 @@ from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.machines import Mobility
 from formiga_bt.base.packaged import files, folder
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import inputs as inp
@@ -135,6 +136,7 @@ class Wire:
     """The transport of all of them: an `AgentTransport` without any wire."""
 
     name = "scripted"
+    guarantees = GUARANTEES
 
     def __init__(self, scheduler: VirtualScheduler, specs: Sequence[AgentSpec], actions: dict[str, Any]) -> None:
         self.scheduler = scheduler

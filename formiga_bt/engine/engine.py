@@ -205,8 +205,8 @@ class Engine:
                 refuse_if_full(self.core, given)
                 self.lockdowns.order(given)
                 return Done()
-            case inp.AgentSeenInput(card, wall):
-                self.fleet.on_seen(card, wall)
+            case inp.AgentSeenInput(card, wall, wire, lacks):
+                self.fleet.on_seen(card, wall, wire, lacks)
             case inp.AgentGoneInput(agent):
                 self.fleet.on_gone(agent)
             case inp.AgentEventInput(event):

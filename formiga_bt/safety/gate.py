@@ -57,6 +57,8 @@ class GateInput(Struct, frozen=True, kw_only=True, gc=False):
     """It is part of a way home."""
     rebooted: bool = False
     """Its process was started anew, it has not said since that it flies, and nobody has cleared it."""
+    lacks: str = ""
+    """What the site demands and the agent's wire does not guarantee, in words."""
     held: bool = False
     """Its task is held and the goal comes from `steps`."""
     requires: str = ""
@@ -218,6 +220,8 @@ def _command(ask: GateInput) -> Verdict | None:
         return Hold("reconcile", ask.agent)
     if ask.goes_home and ask.starts_rotors and _is_home(ask):
         return Refuse("at_port", f"{ask.agent} stands at its port: it is home")
+    if ask.lacks and not ask.goes_home and not ask.safety:
+        return Refuse("wire_lacks", f"the wire of {ask.agent} does not guarantee {ask.lacks}")
     if ask.rebooted and not ask.exempt_clearance:
         return Hold("rebooted", ask.agent)
     if ask.busy and not ask.safety:

@@ -34,7 +34,7 @@ class OneEach:
 
     def __init__(self, inner: AgentTransport, desk: Collection[str], tell: Callable[[str, str], None]) -> None:
         self._inner, self._desk, self._tell = inner, desk, tell
-        self.name = inner.name
+        self.name, self.guarantees = inner.name, inner.guarantees
         self._told: set[str] = set()
 
     def open(self, wake: Callable[[], None]) -> None:

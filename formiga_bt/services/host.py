@@ -48,7 +48,7 @@ from formiga_bt.services.kept.flightlog import FlightLog
 from formiga_bt.services.kept.journaling import JournalAt, Journaling
 from formiga_bt.services.kept.recalling import Recall
 from formiga_bt.services.kept.resuming import Comeback, Pulse
-from formiga_bt.services.listening import check_listen, listen_of
+from formiga_bt.services.listening import make_wires
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import ServiceOrders
@@ -59,9 +59,8 @@ from formiga_bt.show.facts import EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
-from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.base import AgentTransport, Listening
 from formiga_bt.transport.desk import DeskTransport
-from formiga_bt.transport.zenoh import ZenohTransport
 
 if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
@@ -82,7 +81,7 @@ class EngineHost:
         listen: where agents connect; default: what the site says. Beyond this machine only by TLS.
         refused: task files that are not served.
         needs_token: ask for the token on the loopback too. In mode real it is asked for everywhere.
-        wires: other transports instead of an own Zenoh.
+        wires: other transports instead of those that the site names.
         listeners: called in the driver's thread after each step; they must only enqueue.
         journal: which journal is kept; None = none.
         texts: the files that the tasks were read from, by task; under `SITE_FILES` those of the site: path -> text.
@@ -129,10 +128,7 @@ class EngineHost:
         """Whether each request must bring the site's token; what stops something is taken at the local door without."""
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
-        if wires is None:
-            check_listen(site, listen or listen_of(site), where="--listen" if listen else "")
-            wires = [ZenohTransport(site.name, listen=listen or listen_of(site))]
-        self._wires: list[AgentTransport] = list(wires)
+        self._wires: list[AgentTransport] = make_wires(site, listen) if wires is None else list(wires)
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
@@ -422,7 +418,7 @@ class EngineHost:
     @property
     def endpoint(self) -> str:
         """Return where agents connect."""
-        return next((wire.endpoint for wire in self._wires if isinstance(wire, ZenohTransport)), "")
+        return next((wire.endpoint for wire in self._wires if isinstance(wire, Listening)), "")
 
     @property
     def runtime_folder(self) -> Path:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, runtime_checkable
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.wires import Guarantee
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
@@ -29,6 +30,11 @@ class AgentTransport(Protocol):
     @property
     def name(self) -> str:
         """Return the short name used in messages and in site.yaml (memory, zenoh, desk)."""
+        ...
+
+    @property
+    def guarantees(self) -> Sequence[Guarantee]:
+        """Return what agents on this wire do, and the engine may rely on (`base.wires`)."""
         ...
 
     def open(self, wake: Callable[[], None]) -> None:
@@ -70,6 +76,16 @@ class Hearing(Protocol):
 
     def heard(self, agent: str) -> Micros:
         """Return when it last heard the agent, in wall time; 0 if it does not know."""
+        ...
+
+
+@runtime_checkable
+class Listening(Protocol):
+    """A wire that agents connect to."""
+
+    @property
+    def endpoint(self) -> str:
+        """Return where; after `open` with the true port."""
         ...
 
 

@@ -17,6 +17,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TransportError
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
 from formiga_bt.transport.messages import (
@@ -106,6 +107,7 @@ class DeskTransport:
     """
 
     name = "desk"
+    guarantees = GUARANTEES
 
     def __init__(
         self, *, now: Callable[[], Micros], boot_id: str = "", on_change: Callable[[], None] = lambda: None

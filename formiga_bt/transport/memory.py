@@ -19,6 +19,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.codec import (
     Asked,
@@ -387,6 +388,7 @@ class MemoryTransport:
     """The engine's end of a `MemoryHub`. Used from the scheduler's thread only."""
 
     name = "memory"
+    guarantees = GUARANTEES
 
     def __init__(self, hub: MemoryHub) -> None:
         self._hub = hub

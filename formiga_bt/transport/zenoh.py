@@ -19,6 +19,7 @@ from typing import Any, Final, Literal
 import zenoh
 
 from formiga_bt.base.errors import TransportError
+from formiga_bt.base.wires import GUARANTEES, WireSetup
 from formiga_bt.transport.codec import (
     FRAME_LIMIT,
     Asked,
@@ -121,6 +122,7 @@ class ZenohTransport:
     """
 
     name = "zenoh"
+    guarantees = GUARANTEES
 
     def __init__(
         self,
@@ -400,3 +402,8 @@ class ZenohTransport:
 
 def _is_unknown(event: TransportEvent) -> bool:
     return isinstance(event, GoalReported) and event.event.state == "unknown"
+
+
+def make(setup: WireSetup) -> ZenohTransport:
+    """Return the wire that a site file describes (`base.wires.ZENOH`)."""
+    return ZenohTransport(setup.site, listen=str(setup.options.get("listen", DEFAULT_ENDPOINT)))

@@ -133,6 +133,7 @@ def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
         "charges" if agent.charging else "",
         agent.floor and f"floor {agent.floor}",
         *agent.errors,
+        f"{agent.wire} lacks {', '.join(agent.lacks)}" if agent.lacks else "",
         *(f"{name} is refused" for name in (*agent.refused_actions, *agent.refused_fields)),
     ]
     return (

@@ -6,6 +6,7 @@
 | `other_type` | its card names another type than before, while the machine was in use | its next card |
 | `wire_version` | it speaks another version of the wire | its next card |
 | `datum` | its heights count from another ground than ours | its next card |
+| `wire_lacks` | the site is `real`, and its wire does not guarantee what that demands | it comes back on another wire |
 | `unlisted` | the site is `real` and does not list it | the engine is started anew |
 | `no_port` | no port is free for it | its next card |
 
@@ -18,6 +19,7 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.base.machines import MOVING
+from formiga_bt.base.wires import unaccepted
 from formiga_bt.engine.agents.announced import refusals
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
@@ -43,11 +45,12 @@ class Admission:
         self._goals = goals
 
     # -- cards, and the site file ------------------------------------------------------------------------------------
-    def admit(self, card: AgentCard, wall: int) -> None:
+    def admit(self, card: AgentCard, wall: int, wire: str = "", lacks: tuple[str, ...] = ()) -> None:
         """Make the record of an agent that was never seen before."""
         core = self._core
         kind = core.catalogue.types.get(card.type)
-        refused, home = self.judge(card.id, card.type, datum=card.datum, wire=card.wire)
+        less = self.unaccepted(wire, lacks)
+        refused, home = self.judge(card.id, card.type, datum=card.datum, version=card.wire, less=bool(less))
         agent = AgentRecord(
             id=card.id,
             type=card.type,
@@ -58,6 +61,8 @@ class Admission:
             on_link_loss="" if card.mobility not in MOVING else card.on_link_loss,
             limits=dict(card.limits),
             present=True,
+            wire=wire,
+            lacks=lacks,
             liveness="ALIVE",
             home="" if refused else home,
             boot_id=card.boot_id,
@@ -69,24 +74,37 @@ class Admission:
         )
         core.emit(ch.AgentPut(agent))
         if refused:
-            text = f"{card.id} ({card.type}) is not admitted: {_in_words(refused, card)}"
+            text = f"{card.id} ({card.type}) is not admitted: {_in_words(refused, card, wire, less)}"
             core.effect(Alarm("not_admitted", text, "", card.id))
         self._report_refusals(agent)
 
     def judge_anew(self, card: AgentCard) -> None:
         """A known agent announced itself again: what its card says may have been mended, or be wrong now."""
         core, agent = self._core, self._core.state.agents[card.id]
-        refused, home = self.judge(card.id, card.type, home=agent.home, datum=card.datum, wire=card.wire)
+        less = self.unaccepted(agent.wire, agent.lacks)
+        refused, home = self.judge(
+            card.id, card.type, home=agent.home, datum=card.datum, version=card.wire, less=bool(less)
+        )
         if card.type != agent.type and not self._retype(agent, card):
             refused = "other_type"
         agent = core.state.agents[card.id]
+        if agent.refused_at_rest == "wire_lacks" != refused:
+            agent = core.put_agent(agent.id, refused_at_rest="")
         if refused == agent.refused:
             if refused and agent.pool == "QUARANTINED":
                 core.effect(QueryGoal(agent.id))  # what it still does is called off
             return
         if not refused:
             core.put_agent(agent.id, refused="", home=home)
-        elif agent.refused or refused in TURNED_AWAY:  # else the site file says so: that was judged at the start
+        elif refused == "wire_lacks" and not agent.refused and not agent.human and self.is_in_use(agent):
+            if not agent.refused_at_rest:
+                core.put_agent(agent.id, refused_at_rest=refused)
+                text = f"{agent.id} is in use and not admitted any more: {_in_words(refused, card, agent.wire, less)}"
+                core.effect(Alarm("not_admitted", f"{text}; it comes home, but gets no new task", agent.task, agent.id))
+        elif agent.refused or refused in (
+            *TURNED_AWAY,
+            "wire_lacks",
+        ):  # else it is as it was judged at the start
             self._turn_away(agent, refused)
 
     def _retype(self, agent: AgentRecord, card: AgentCard) -> bool:
@@ -124,15 +142,16 @@ class Admission:
         core = self._core
         for agent in list(core.state.agents.values()):
             datum = "other" if agent.refused == "datum" else "local"
-            wire = 0 if agent.refused == "wire_version" else WIRE
-            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum, wire=wire)
+            version = 0 if agent.refused == "wire_version" else WIRE
+            less = bool(self.unaccepted(agent.wire, agent.lacks))
+            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum, version=version, less=less)
             if agent.refused == "other_type" and refused in ("", "unlisted", "no_port"):
                 refused = "other_type"
             used = not agent.refused and self.is_in_use(agent)
             if used and refused == "unknown_type":
                 self._turn_away(agent, refused)
                 continue
-            stays = used and refused in ("unlisted", "no_port")
+            stays = used and refused in ("unlisted", "no_port", "wire_lacks")
             core.put_agent(
                 agent.id,
                 refused="" if stays else refused,
@@ -151,7 +170,14 @@ class Admission:
 
     # -- the judgement -----------------------------------------------------------------------------------------------
     def judge(
-        self, agent_id: str, type_name: str, *, home: str = "", datum: str = "local", wire: int = WIRE
+        self,
+        agent_id: str,
+        type_name: str,
+        *,
+        home: str = "",
+        datum: str = "local",
+        version: int = WIRE,
+        less: bool = False,
     ) -> tuple[str, str]:
         """Return why an agent is not admitted, or "", and the port that is, or would be, its own.
 
@@ -160,7 +186,8 @@ class Admission:
             type_name: as its card says.
             home: its port until now; it keeps it unless the site gives it to another, or has it no more.
             datum: as its card says.
-            wire: as its card says.
+            version: of the wire, as its card says.
+            less: its wire does not guarantee what the site demands.
         """
         core = self._core
         kind, listed = core.catalogue.types.get(type_name), core.site.agents.get(agent_id)
@@ -172,13 +199,20 @@ class Admission:
             home = listed.home
         elif home not in core.site.ports or home in [one.home for one in core.site.agents.values()]:
             home = self._free_port(agent_id)
-        if wire != WIRE:
+        if version != WIRE:
             return "wire_version", home
         if datum != "local":
             return "datum", home
         if listed is None and core.site.mode == "real":
             return "unlisted", home
+        if less and not kind.human:
+            return "wire_lacks", home
         return "" if home or not kind.flies else "no_port", home
+
+    def unaccepted(self, wire: str, lacks: tuple[str, ...]) -> tuple[str, ...]:
+        """Return what a wire lacks that the site demands: all that it has not accepted by name, in mode real."""
+        site = self._core.site
+        return unaccepted(lacks, site.accept_missing.get(wire, ())) if lacks and site.mode == "real" else ()
 
     def _free_port(self, agent_id: str) -> str:
         agents, listed = self._core.state.agents.values(), self._core.site.agents.values()
@@ -210,7 +244,9 @@ class Admission:
         return bool(agent.task) or goals or ordered or agent.may_be_airborne
 
 
-def _in_words(refused: str, card: AgentCard) -> str:
+def _in_words(refused: str, card: AgentCard, wire: str = "", less: tuple[str, ...] = ()) -> str:
+    if refused == "wire_lacks":
+        return f"{refused}: {wire} does not guarantee {', '.join(less)}"
     if refused != "wire_version":
         return refused
     return f"{refused}: it speaks version {card.wire} of the wire, this engine {WIRE}"

@@ -63,15 +63,23 @@ class Fleet:
         self._passages = Passages(core)
 
     # -- presence ------------------------------------------------------------------------------------------------
-    def on_seen(self, card: AgentCard, wall: int) -> None:
-        """An agent announced itself: admit it, or take it back. Each card is judged, not its first one only."""
+    def on_seen(self, card: AgentCard, wall: int, wire: str = "", lacks: tuple[str, ...] = ()) -> None:
+        """An agent announced itself: admit it, or take it back. Each card is judged, not its first one only.
+
+        Args:
+            card: its card.
+            wall: wall time of its arrival, or 0.
+            wire: that it is on.
+            lacks: what that wire does not guarantee.
+        """
         core = self._core
         old = core.state.agents.get(card.id)
         if old is None:
-            self._admission.admit(card, wall)
+            self._admission.admit(card, wall, wire, lacks)
         else:
             if old.boot_id and old.boot_id != card.boot_id:
                 self._rebooted(old, card.boot_id, wall)
+            core.put_agent(card.id, wire=wire, lacks=lacks)
             self._admission.judge_anew(card)
             self._admission.take_refusals(card)
             core.put_agent(

@@ -187,7 +187,7 @@ class FailingWire:
 
     def __init__(self, failpoint: Failpoint, inner: AgentTransport) -> None:
         self._failpoint, self._inner = failpoint, inner
-        self.name = inner.name
+        self.name, self.guarantees = inner.name, inner.guarantees
 
     def open(self, wake: Callable[[], None]) -> None:
         """Open the wire."""

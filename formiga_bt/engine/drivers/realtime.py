@@ -27,7 +27,7 @@ from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
 from formiga_bt.engine.drivers.waiting import CALLER, Waiter, never_expires, refusal_of_old, since_boot
-from formiga_bt.engine.drivers.wiring import Switchboard, to_input
+from formiga_bt.engine.drivers.wiring import Switchboard
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
@@ -348,7 +348,7 @@ class RealtimeDriver:
         events = self.switchboard.poll()
         clock = self.now()
         for event in events:
-            self._inbox.put(to_input(event, self._turn, clock))
+            self._inbox.put(self.switchboard.read(event, self._turn, clock))
 
     def _one(self) -> bool:
         """Handle what is due, then one input; return False when there was nothing to do."""

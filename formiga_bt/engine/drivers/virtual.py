@@ -10,7 +10,7 @@ from functools import partial
 
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.engine.drivers.persist import Persist
-from formiga_bt.engine.drivers.wiring import Switchboard, to_input
+from formiga_bt.engine.drivers.wiring import Switchboard
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
@@ -142,7 +142,7 @@ class VirtualDriver:
         if events:
             now = self.scheduler.now()
             for event in events:
-                self.feed(to_input(event, now, now))
+                self.feed(self.switchboard.read(event, now, now))
 
     def next_time(self) -> Micros | None:
         """Return when the next thing happens, or None if nothing is left to happen."""

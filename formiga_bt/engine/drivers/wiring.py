@@ -4,20 +4,24 @@ from collections.abc import Callable, Sequence
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.wires import missing
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.transport import messages as msg
 from formiga_bt.transport.base import AgentTransport, Hearing
 
 
-def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros) -> inp.Input:
-    """Return the engine input for a transport event that came in at wall time `wall` and engine time `clock`."""
+def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros, of: AgentTransport | None = None) -> inp.Input:
+    """Return the engine input for a transport event that came in at wall time `wall` and engine time `clock`.
+
+    `of` is the wire that an announced agent is on.
+    """
     match event:  # the frequent ones first
         case msg.StatusArrived(status):
             return inp.AgentStatusInput(status, wall, clock)
         case msg.GoalReported(goal):
             return inp.GoalEventInput(goal, wall, clock)
         case msg.AgentSeen(card):
-            return inp.AgentSeenInput(card, wall)
+            return inp.AgentSeenInput(card, wall, *((of.name, missing(of.guarantees)) if of is not None else ()))
         case msg.AgentGone(agent):
             return inp.AgentGoneInput(agent)
         case msg.EventArrived(told):
@@ -74,6 +78,10 @@ class Switchboard:
                     if type(event) is msg.AgentSeen:
                         self._of[event.card.id] = transport
         return events
+
+    def read(self, event: msg.TransportEvent, wall: Micros, clock: Micros) -> inp.Input:
+        """Return the engine input for an event that `poll` returned."""
+        return to_input(event, wall, clock, self._of.get(event.card.id) if type(event) is msg.AgentSeen else None)
 
     def heard(self, agent: str) -> Micros:
         """Return when the wire that has an agent last heard it, where it knows that besides its statuses; else 0."""

@@ -12,6 +12,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.energy import Power
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
 from formiga_bt.base.machines import MOVING
+from formiga_bt.base.wires import unaccepted
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.kernel.causes import ClearanceHold, ResumeHold, TakeOverHold
 from formiga_bt.engine.kernel.core import Core
@@ -31,7 +32,7 @@ SPARE: Final = 64
 """So many goals that wait no more are never too many to keep in mind."""
 
 _seen = attrgetter(
-    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home"
+    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home", "wire", "lacks"
 )  # fmt: skip
 """What a machine's record adds to `GateInput`."""
 _flown = attrgetter(
@@ -129,6 +130,7 @@ class GateView:
             unsettled=self._is_unsettled(agent.id),
             goes_home=goal.section == "recover",
             rebooted=agent.rebooted,
+            lacks=self._lacks(agent, task),
             held=bool(task and _holds(task, agent, goal.section)),
             requires="" if goal.safety else spec.requires,
             position=agent.position,
@@ -146,6 +148,12 @@ class GateView:
             home=home.at if home else None,
             exempt_clearance=spec.cuts or (task is not None and task.system.stop in ("land", "cut")),
         )
+
+    def _lacks(self, agent: AgentRecord, task: TaskRecord | None) -> str:
+        site = self._core.site
+        if not agent.lacks or site.mode != "real" or (task is not None and task.system.agent):
+            return ""
+        return ", ".join(unaccepted(agent.lacks, site.accept_missing.get(agent.wire, ())))
 
     def _is_unsettled(self, agent_id: str) -> bool:
         resume = self._core.state.resume

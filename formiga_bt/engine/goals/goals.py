@@ -278,6 +278,8 @@ class Goals:
             self._stopped(goal)
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
+        elif goal.state == "sent" and not goal.repeatable and self._may_begin_yet(goal):
+            self.end(goal.id, "in_doubt", "", "its wire does not guarantee that it is begun once at most")
         elif self._came_late(goal):
             self.again(goal.id)
         elif goal.state == "sent" and self._is_expired(goal, QUESTION_BEATS if asked else TTL_BEATS):
@@ -296,6 +298,11 @@ class Goals:
         late = goal.state == "sent" and goal.owner not in ("!question", "!none") and not goal.cancel_asked
         resume = self._core.state.resume
         return late and resume is not None and resume.stood and resume.is_expired(goal.sent_at, TTL_BEATS)
+
+    def _may_begin_yet(self, goal: GoalRecord) -> bool:
+        """Return whether a goal that its agent does not know may have been begun, or come late and be begun still."""
+        lacks = self._core.state.agents[goal.agent].lacks
+        return "goal_memory" in lacks or "expiry" in lacks
 
     def _is_expired(self, goal: GoalRecord, life_s: float) -> bool:
         resume = self._core.state.resume

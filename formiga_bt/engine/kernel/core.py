@@ -62,6 +62,8 @@ GATE_READS: Final = (
     "layer_m",
     "home",
     "inside",
+    "wire",
+    "lacks",
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
 

@@ -104,6 +104,10 @@ class AgentSeenInput(Struct, frozen=True, tag="AgentSeen"):
 
     card: AgentCard
     wall: Micros = 0
+    wire: str = ""
+    """The wire that it is on."""
+    lacks: tuple[str, ...] = ()
+    """What that wire does not guarantee (`base.wires`)."""
 
 
 class AgentGoneInput(Struct, frozen=True, tag="AgentGone"):

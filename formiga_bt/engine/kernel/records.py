@@ -432,6 +432,10 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What of its card cannot be used (actions by name), and why (`engine.agents.announced`)."""
     present: bool = False
     """Its presence token stands."""
+    wire: str = ""
+    """The wire that it is on."""
+    lacks: tuple[str, ...] = ()
+    """What that wire does not guarantee (`base.wires`)."""
     liveness: Liveness = "LOST"
     pool: Pool = "STANDBY"
     task: str = ""

@@ -212,7 +212,10 @@ class Site(Struct, frozen=True):
     people: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Site roles (watchers, ...) and the ids of those who have them."""
     agents: Mapping[str, SiteAgent] = field(default_factory=dict)
-    transports: Mapping[str, Any] = field(default_factory=dict)
+    transports: Mapping[str, Mapping[str, str | bool]] = field(default_factory=dict)
+    """The wires that agents are reached by, and the options of each; none: the one that ships (`base.wires`)."""
+    accept_missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Wire -> guarantees of mode real that the site does without."""
     mode: Literal["simulation", "real"] = "simulation"
     file: str = ""
     digest: str = ""

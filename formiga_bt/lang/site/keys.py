@@ -53,6 +53,7 @@ SITE: Final = (
     Option("people", "map", "Site roles and the people who have them."),
     Option("agents", "map", "The agents: {type, home, at}."),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
+    Option("accept_missing", "map", "What mode real does without: wire -> guarantees that it lacks."),
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
 
@@ -62,11 +63,6 @@ BASE: Final = (
     LAT,
     LNG,
     Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
-)
-TRANSPORTS: Final = (Option("zenoh", "map", "Agents in processes of their own: {listen}."),)
-ZENOH: Final = (
-    Option("listen", "text", "Where agents connect, such as tcp/127.0.0.1:7447."),
-    Option("insecure", "flag", "In a simulation: others reach it without TLS."),
 )
 PORT: Final = (
     Option("at", "value", "Its place.", required=True),

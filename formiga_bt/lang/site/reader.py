@@ -3,9 +3,8 @@
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from formiga_bt.base.endpoints import open_to_others
 from formiga_bt.base.geo import Place
 from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
@@ -15,14 +14,14 @@ from formiga_bt.lang.shipped import types_help
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN, TRANSPORTS, ZENOH
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.whole import check_whole, machines
+from formiga_bt.lang.site.wires import read_transports
 from formiga_bt.lang.text.document import Entry, Scalar
 from formiga_bt.lang.text.reading import (
     did_you_mean,
     fix_word,
-    plain,
     quoted_list,
     read_mapping,
     read_quantity,
@@ -50,6 +49,7 @@ class SiteReader(Points):
         heights, relief = self._terrain()
         self.written.no_fly, self.written.no_go = self._shut("no_fly"), self._shut("no_go")
         mode: Literal["simulation", "real"] = "real" if self._mode(pilots) == "real" else "simulation"
+        transports, accept_missing = read_transports(self.keys, self.problems, mode)
         site = Site(
             self.keys.word("name"),
             self.lat,
@@ -78,7 +78,8 @@ class SiteReader(Points):
             pilots=pilots,
             people=self._people(agents),
             agents=agents,
-            transports=self._transports(mode),
+            transports=transports,
+            accept_missing=accept_missing,
             mode=mode,
             file=self.file,
             digest=_digest(text, heights.digest if heights is not None else ""),
@@ -113,23 +114,6 @@ class SiteReader(Points):
             what = "mode real needs pilots: each machine flies under the eyes of one"
             self.keys.wrong("mode", "E008", what, "such as: pilots: [{id: anna, max_airborne: 3}]")
         return mode
-
-    def _transports(self, mode: str) -> dict[str, Any]:
-        keys = self.keys.inside("transports", TRANSPORTS, "transports")
-        if "zenoh" in keys:
-            self._check_zenoh(keys["zenoh"], mode)
-        return {name: plain(entry.value) for name, entry in keys.items()}
-
-    def _check_zenoh(self, entry: Entry, mode: str) -> None:
-        keys = read_inside(entry.value, ZENOH, self.problems, "zenoh", "zenoh")
-        insecure = keys.flag("insecure")
-        if insecure and mode == "real":
-            what = "'insecure' is for simulations: whoever reaches the wire can command every machine"
-            self.problems.add("E008", keys["insecure"].key.mark, what, "remove it, and listen at tcp/127.0.0.1:PORT")
-        at = keys.text("listen")
-        why, help_ = open_to_others(at.text, mode, insecure=insecure) if at is not None else ("", "")
-        if at is not None and why:
-            self.problems.add("E008", at.mark, why, help_)
 
     def _envelope(self) -> dict[str, float]:
         if "envelope" in self.keys:

@@ -123,6 +123,10 @@ class AgentFact(Struct, frozen=True, kw_only=True):
     """Fields of its status that are not of their types, and why."""
     engine_id: str = ""
     """The engine that it follows, as it says."""
+    wire: str = ""
+    """The wire that it is on."""
+    lacks: tuple[str, ...] = ()
+    """What that wire does not guarantee."""
 
     @property
     def human(self) -> bool:

@@ -120,6 +120,8 @@ def agent_fact(
         refused_actions=dict(agent.refused_actions),
         refused_fields=dict(agent.refused_fields),
         engine_id=agent.engine_id,
+        wire=agent.wire,
+        lacks=agent.lacks,
     )
 
 

@@ -8,6 +8,7 @@ from uuid import uuid4
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.machines import Mobility
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,
@@ -64,6 +65,7 @@ class Wire:
     """An `AgentTransport`. With `auto` goals succeed at once; else `finish` ends them."""
 
     name = "test"
+    guarantees = GUARANTEES
 
     def __init__(self, *, auto: bool = True) -> None:
         self.auto = auto

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import EngineStep, Input
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
@@ -52,6 +53,7 @@ class FakeTransport:
     """A wire that notes what is sent and hands over what a test puts in."""
 
     name = "fake"
+    guarantees = GUARANTEES
 
     def __init__(self) -> None:
         self.incoming: list[TransportEvent] = []

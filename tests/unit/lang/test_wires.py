@@ -1,0 +1,76 @@
+"""`transports:` is a table of the wires that are installed, and mode real demands what they guarantee."""
+
+from importlib.metadata import EntryPoint, EntryPoints
+
+import pytest
+
+import formiga_bt.base.wires as wires
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.wires import GUARANTEES, WireKind, WireOption
+from formiga_bt.lang.model import Site
+from formiga_bt.lang.site import load_site_text
+
+MQTT = WireKind(
+    name="mqtt",
+    summary="By a broker.",
+    guarantees=("goal_memory", "clearance", "cancel_confirmed"),
+    make=f"{__name__}:nothing",
+    options=(WireOption("broker", "Where it is."), WireOption("keep", "Whether it keeps.", "flag")),
+    check=lambda given, mode: [("broker", "no port", "say HOST:PORT")] if ":" not in str(given.get("broker")) else [],
+)
+OTHER = WireKind(name="other", summary="", guarantees=GUARANTEES, make="")
+REAL = "mode: real\npilots: [{id: anna}]\n"
+
+
+@pytest.fixture(autouse=True)
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = EntryPoints(
+        [
+            EntryPoint("mqtt", f"{__name__}:MQTT", wires.GROUP),
+            EntryPoint("odd", f"{__name__}:REAL", wires.GROUP),
+            EntryPoint("gone", "no_such_module:KIND", wires.GROUP),
+            EntryPoint("alias", f"{__name__}:OTHER", wires.GROUP),
+        ]
+    )
+    monkeypatch.setattr(wires, "entry_points", lambda **given: found.select(**given))
+
+
+def read(more: str) -> tuple[Site | None, list[Diagnostic]]:
+    return load_site_text(f"formiga_site: 1\nname: north\nbase: {{lat: 66.5, lng: 25.7}}\n{more}", "site.yaml", None)
+
+
+def test_a_wire_of_a_package_is_read_by_its_own_options() -> None:
+    site, found = read("transports: {mqtt: {broker: localhost:1883, keep: true}, zenoh: {}}\n")
+    assert found == []
+    assert site is not None
+    assert site.transports == {"mqtt": {"broker": "localhost:1883", "keep": True}, "zenoh": {}}
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "word"),
+    [
+        ("transports: {mqt: {}}\n", "E004", "mqtt"),
+        ("transports: {mqtt: {brokr: a:1}}\n", "E004", "broker"),
+        ("transports: {mqtt: {broker: here}}\n", "E008", "no port"),
+        ("transports: {odd: {}}\n", "E140", "WireKind"),
+        ("transports: {gone: {}}\n", "E140", "no_such_module"),
+        ("transports: {alias: {}}\n", "E140", "other"),
+        ("transports: {mqtt: {broker: a:1}}\n" + REAL, "E140", "epoch, expiry, link_silence, update"),
+        ("transports: {mqtt: {broker: a:1}}\naccept_missing: {mqtt: [epoch]}\n" + REAL, "E140", "expiry"),
+        ("accept_missing: {zenoh: [epoch]}\n", "E140", "nothing to accept"),
+        ("accept_missing: {mqtt: [epoch]}\n", "E140", "no wire of this site"),
+        ("transports: {mqtt: {broker: a:1}}\naccept_missing: {mqtt: [epok]}\n", "E140", "'epoch'"),
+    ],
+)
+def test_what_no_site_can_use_is_an_error(more: str, code: str, word: str) -> None:
+    _, found = read(more)
+    assert {one.code for one in found} == {code}
+    assert any(word in one.message for one in found), found
+
+
+def test_a_real_site_may_do_without_what_it_names() -> None:
+    accepted = "accept_missing: {mqtt: [epoch, expiry, link_silence, update]}\n"
+    site, found = read("transports: {mqtt: {broker: a:1}}\n" + accepted + REAL)
+    assert [one for one in found if one.code == "E140"] == []
+    assert site is not None
+    assert site.accept_missing == {"mqtt": ("epoch", "expiry", "link_silence", "update")}
