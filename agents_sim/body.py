@@ -4,6 +4,7 @@ A body of one's own extends this class, is registered under the entry point `for
 Called from one thread: by its `AgentSide` (start, cancel), by the scheduler, and by whoever plays a fault.
 """
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from msgspec import Struct
@@ -69,6 +70,10 @@ class Body:
     def cancel(self, goal_id: str) -> bool:
         """Stop a goal and end it `canceled`, or return False: it then goes on to its end."""
         raise NotImplementedError
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:  # noqa: ARG002
+        """Follow other fields of a goal that runs, or return the code of the refusal."""
+        return "no_update"
 
     def position(self) -> Position | None:
         """Return where it is; None = it has no place."""

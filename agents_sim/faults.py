@@ -6,8 +6,8 @@ alike; `obey` carries out an `Order`. What ends or stops the whole process (kill
 
 import math
 from collections import deque
-from collections.abc import Callable
-from typing import Final, Literal, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Literal, Protocol
 
 import msgspec
 from msgspec import Struct
@@ -87,6 +87,10 @@ class FaultyBody:
         if self.stand_in is not None and self.stand_in.cancel(goal_id):
             return True
         return self.body.cancel(goal_id)
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        """Let the body follow other fields."""
+        return self.body.update(goal_id, fields)
 
     def _start(self, request: GoalRequest) -> str:
         code = self.stand_in.start(request) if self.stand_in is not None else None

@@ -16,7 +16,7 @@ from msgspec import Struct
 from agents_sim.lines import Disk, Lines
 from formiga_bt.agent.pacing import PacedSide
 from formiga_bt.base.clock import Micros
-from formiga_bt.transport.base import AgentBody
+from formiga_bt.transport.base import AgentBody, UpdatableBody
 from formiga_bt.transport.messages import TERMINAL, GoalRequest, GoalState
 
 
@@ -84,6 +84,10 @@ class BookedBody:
     def cancel(self, goal_id: str) -> bool:
         """Let the body cancel."""
         return self._body.cancel(goal_id)
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        """Let the body follow other fields, if it can."""
+        return self._body.update(goal_id, fields) if isinstance(self._body, UpdatableBody) else "no_update"
 
 
 class BookedSide(PacedSide):

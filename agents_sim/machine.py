@@ -5,7 +5,10 @@ functions of time, so that they are exact at every speed of the clock. `Machine`
 `drone.Drone` flies. Without its engine, and at the end of its charge, a machine on the ground stands still.
 """
 
+from collections.abc import Mapping
 from typing import Any, Final
+
+from msgspec.structs import replace
 
 from agents_sim.body import Body, Setup
 from agents_sim.charge import drain_percent_s
@@ -137,6 +140,27 @@ class Machine(Body):
         flight.canceled = True
         self._end_flight()
         return True
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        """Turn to another target of the goal under way."""
+        flight, side = self._flight, self.side
+        request = next((one for one in side.active if one.goal_id == goal_id), None) if side is not None else None
+        if flight is None or flight.goal_id != goal_id or flight.canceled or request is None:
+            return "goal_ended"
+        action = self.kind.actions.get(flight.action)
+        if action is None or not self._moves or action.effect or not action.moves_to or action.moves_to not in fields:
+            return "no_update"
+        try:
+            legs = self._plan(
+                replace(request, fields={**request.fields, **fields}), action,
+                is_low=self._exact_battery() <= self.limits.failsafe_percent,
+            )  # fmt: skip
+        except BadFieldError:
+            return "bad_field"
+        if isinstance(legs, str):
+            return legs
+        self._fly(goal_id, flight.action, legs, flight.outcome)
+        return ""
 
     # What kinds of machines do each in their way.
 

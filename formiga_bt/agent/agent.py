@@ -43,6 +43,10 @@ class Running(Protocol):
         """Wait in engine time."""
         ...
 
+    def live(self, name: str) -> Any:
+        """Return a field of the goal that the present action carries out, as it is now."""
+        ...
+
 
 class Agent:
     """An agent of one's own: a machine, a device, a service.
@@ -157,6 +161,15 @@ class Agent:
     def feedback(self, *, progress: float | None = None, eta_s: float | None = None, phase: str = "") -> None:
         """Say how far the goal is that this action carries out: 0..1, seconds left, a word for the present part."""
         self._carrier().note_feedback(progress, eta_s, phase)
+
+    def live(self, name: str) -> Any:
+        """Return a parameter of the present action as it is now: one that `@action(live=[...])` names may have changed.
+
+        Raises:
+            KeyError: the action has no such parameter.
+            RuntimeError: it is not asked within an action.
+        """
+        return self._carrier().live(name)
 
     def take_control(self, control: Control) -> None:
         """Say who is in command: `pilot`, `failsafe`, or `engine` again. Goals that run end when it is not the engine."""

@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, TypeVar, overload
 
 import msgspec
@@ -39,13 +39,15 @@ class Declared(Struct, frozen=True):
     token: str
     """The name of the parameter that takes a `CancelToken`, or ""."""
     cancelable: bool
+    live: tuple[str, ...] = ()
+    """Parameters that may change while it runs."""
 
 
 @overload
 def action(method: _F, /) -> _F: ...
 @overload
-def action(*, cancelable: bool = True, **card: Any) -> Callable[[_F], _F]: ...
-def action(method: Any = None, /, *, cancelable: bool = True, **card: Any) -> Any:
+def action(*, cancelable: bool = True, live: Sequence[str] = (), **card: Any) -> Callable[[_F], _F]: ...
+def action(method: Any = None, /, *, cancelable: bool = True, live: Sequence[str] = (), **card: Any) -> Any:
     """Make a method an action of the agent; its name, types and defaults become the card.
 
     Args:
@@ -53,6 +55,7 @@ def action(method: Any = None, /, *, cancelable: bool = True, **card: Any) -> An
         in a
             thread and may take a `CancelToken`.
         cancelable: False: cancels are refused, and the action goes on to its end.
+        live: parameters that may change while it runs: it reads the newest value with `self.live(name)`.
         **card: other fields of the card: `requires`, `effect`, `moves_to`, `repeatable`, `exclusive`, `typical_s`, ...
     """
     unknown = sorted(card.keys() - (set(CardAction.__struct_fields__) - {"name", "fields", "result", "help"}))
@@ -60,7 +63,7 @@ def action(method: Any = None, /, *, cancelable: bool = True, **card: Any) -> An
         raise TypeError(f"@action knows no {unknown[0]!r}")
 
     def mark(function: _F) -> _F:
-        setattr(function, _ACTION, (cancelable, card))
+        setattr(function, _ACTION, (cancelable, tuple(live), card))
         return function
 
     return mark(method) if method is not None else mark
@@ -100,7 +103,7 @@ def _marked(cls: type, mark: str) -> dict[str, Callable[..., Any]]:
 
 
 def _declared(name: str, method: Callable[..., Any]) -> Declared:
-    cancelable, more = getattr(method, _ACTION)
+    cancelable, live, more = getattr(method, _ACTION)
     params, token, returns = _params(f"action {name}", method)
     result = _result(f"action {name}", returns)
     is_async = inspect.iscoroutinefunction(method)
@@ -112,7 +115,10 @@ def _declared(name: str, method: Callable[..., Any]) -> Declared:
     card = CardAction(name=name, fields=params, result=result, help=doc.split("\n")[0], **more)
     if card.moves_to and card.moves_to not in params:
         raise TypeError(f"action {name}: moves_to names {card.moves_to!r}, which is no parameter of it")
-    return Declared(method, is_async, card, params, result, token, cancelable)
+    strange = [one for one in live if one not in params]
+    if strange:
+        raise TypeError(f"action {name}: live names {strange[0]!r}, which is no parameter of it")
+    return Declared(method, is_async, card, params, result, token, cancelable, live)
 
 
 def _params(what: str, method: Callable[..., Any]) -> tuple[Fields, str, Any]:

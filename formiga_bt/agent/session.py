@@ -55,10 +55,12 @@ class Carrier(Protocol):
 class _Work:
     """A goal that is carried out."""
 
-    __slots__ = ("declared", "task", "token")
+    __slots__ = ("declared", "task", "token", "values")
 
-    def __init__(self, declared: Declared, token: CancelToken) -> None:
+    def __init__(self, declared: Declared, token: CancelToken, values: Mapping[str, Any]) -> None:
         self.declared, self.token = declared, token
+        self.values = dict(values)
+        """Its fields as they are now."""
         self.task: asyncio.Task[None] | None = None
 
     def stop(self) -> None:
@@ -151,7 +153,7 @@ class Session:
         code = self.agent.accepts(request)
         if code:
             return code
-        work = self._works[request.goal_id] = _Work(declared, CancelToken())
+        work = self._works[request.goal_id] = _Work(declared, CancelToken(), arguments)
         before = [] if self.side.runs_beside(request.action) else self._stop_rivals(request.goal_id)
         work.task = self._carrier.spawn(self._carry_out(request.goal_id, work, arguments, before))
         return ""
@@ -165,7 +167,38 @@ class Session:
             work.stop()
         return work.declared.cancelable
 
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        """Change fields of a goal that runs, or return why not."""
+        work = self._works.get(goal_id)
+        if work is None:
+            return "goal_ended"
+        declared = work.declared
+        if not declared.live:
+            return "no_update"
+        if any(name not in declared.live for name in fields):
+            return "bad_field"
+        try:
+            work.values.update({name: read_value(declared.params[name], value) for name, value in fields.items()})
+        except UnfitError as error:
+            log.warning("%s: an update of %s is refused: %s", self.agent.id, declared.card.name, error)
+            return "bad_field"
+        return ""
+
     # Running: called by the agent, from any thread.
+
+    def live(self, name: str) -> Any:
+        """Return a field of the goal that the present action carries out, as it is now.
+
+        Raises:
+            KeyError: it has no such field.
+            RuntimeError: it is not asked by an action.
+        """
+        work = self._works.get(_goal.get())
+        if work is None:
+            raise RuntimeError(
+                "live(name) is asked within an action: it is a field of the goal that the action carries out"
+            )
+        return work.values[name]
 
     def note_status(self, fields: Mapping[str, Any]) -> None:
         """Take fields of the status; they leave together at the next turn of the loop."""

@@ -28,6 +28,9 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     StatusArrived,
+    UpdateAnswered,
+    UpdateReply,
+    UpdateRequest,
     to_wire,
 )
 
@@ -47,6 +50,7 @@ class AgentBench:
         self.news: list[GoalEvent] = []
         self.events: list[AgentEvent] = []
         self.cards: list[AgentCard] = []
+        self.replies: list[UpdateReply] = []
         self.bad: list[Any] = []
         self.scheduler = VirtualScheduler(start)
         self.hub = MemoryHub(self.scheduler, delay_us=1000)
@@ -81,6 +85,15 @@ class AgentBench:
             TimeoutError: it has not ended after `within_s` seconds of engine time.
         """
         return self.end_of(self.start(action, **fields), within_s)
+
+    def update(self, goal: str, n: int, /, **fields: Any) -> UpdateReply | None:
+        """Give a goal that runs other fields; return the agent's answer."""
+        given = {name: to_wire(value) for name, value in fields.items()}
+        self.hub.transport.send_update(
+            UpdateRequest(goal_id=goal, agent=self.agent.id, action="", n=n, fields=given, epoch=1, beat=self._beat)
+        )
+        self.run_for(0.01)
+        return self.replies[-1] if self.replies else None
 
     def cancel(self, goal: str) -> None:
         """Cancel a goal."""
@@ -128,6 +141,8 @@ class AgentBench:
                     self.events.append(told)
                 case AgentSeen(card):
                     self.cards.append(card)
+                case UpdateAnswered(reply):
+                    self.replies.append(reply)
                 case _:
                     self.bad.append(event)
 

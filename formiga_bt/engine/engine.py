@@ -19,6 +19,7 @@ from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
+from formiga_bt.engine.goals.updates import Updates
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel import news as nw
@@ -87,7 +88,8 @@ class Engine:
         self.people = People(core)
         self.clearances = Clearances(core, self.people)
         self.gatekeeper = Gatekeeper(core, self.clearances)
-        self.goals = Goals(core, self.gatekeeper)
+        self.updates = Updates(core, self.gatekeeper)
+        self.goals = Goals(core, self.gatekeeper, self.updates)
         self.fleet = Fleet(core, self.goals, self.people, self.clearances)
         self.agent_events = AgentEvents(core, self.fleet)
         requests = Requests(core)
@@ -214,6 +216,12 @@ class Engine:
             case inp.QueryReplyInput(agent, boot_id, goals, clock):
                 self.core.clock = max(self.core.now, clock)
                 self.fleet.on_query_reply(agent, boot_id, goals)
+            case inp.UpdateGoal(goal_id, fields, _):
+                refuse_if_full(self.core, given)
+                self.updates.order(goal_id, fields)
+                return Done()
+            case inp.UpdateReplyInput(reply):
+                self.updates.on_reply(reply)
             case inp.BadStatusInput(agent, text):
                 self.fleet.on_bad(agent, text)
             case inp.EffectFailed():
@@ -284,7 +292,7 @@ class Engine:
         match due:
             case tm.LiveDue(agent):
                 self.fleet.on_live_due(agent, at)
-            case tm.AcceptDue() | tm.CancelDue() | tm.GraceDue():
+            case tm.AcceptDue() | tm.CancelDue() | tm.GraceDue() | tm.UpdateDue():
                 self.goals.on_wall(due)
             case tm.ResumeDue() | tm.AskDue():
                 self.reconcile.on_wall(due)

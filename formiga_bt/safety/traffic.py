@@ -77,6 +77,7 @@ def traffic_of(
     area: TakenArea | None = None,
     order: int = 0,
     spot: Place | None = None,
+    also: Way | None = None,
 ) -> Traffic:
     """Return a machine as traffic.
 
@@ -90,6 +91,7 @@ def traffic_of(
         area: what it explores.
         order: of its admission.
         spot: where it waits to land.
+        also: another way that it may be on.
     """
     ways: list[Way] = []
     spots: list[Place] = [] if spot is None else [spot]
@@ -98,6 +100,8 @@ def traffic_of(
         end = leg[1] if leg is not None else position
         if leg is not None or landed != "grounded":
             ways += path((position, end))
+        if also is not None:
+            ways += path((position, also[1]))
         if area is not None:
             ways += ways_into(position, area)
         if rises_to_m is not None:
@@ -106,6 +110,8 @@ def traffic_of(
             spots.append(position.ground)
     if leg is not None and leg[1].up_m <= GROUND_M:
         spots.append(leg[1].ground)
+    if also is not None and also[1].up_m <= GROUND_M:
+        spots.append(also[1].ground)
     around = bounds(ways if column is None else [*ways, column], area)
     return Traffic(agent, task, landed, position, tuple(ways), area, tuple(spots), *around, column, order)
 

@@ -20,6 +20,8 @@ from formiga_bt.transport.messages import (
     SendFailed,
     StatusArrived,
     TransportEvent,
+    UpdateAnswered,
+    UpdateRequest,
 )
 
 
@@ -61,6 +63,10 @@ class OneEach:
         """Ask what an agent knows."""
         self._inner.query_goals(agent, goal_ids)
 
+    def send_update(self, update: UpdateRequest) -> None:
+        """Send other fields for a goal that runs."""
+        self._inner.send_update(update)
+
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock."""
         self._inner.publish_clock(beat)
@@ -97,5 +103,7 @@ def _agent_of(event: TransportEvent) -> str:
             return goal.agent
         case EventArrived(told):
             return told.agent
+        case UpdateAnswered(reply):
+            return reply.agent
         case AgentGone() | QueryReplied() | SendFailed() | BadMessage():
             return event.agent

@@ -17,7 +17,7 @@ import msgspec
 
 from formiga_bt.base.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
 from formiga_bt.base.clock import SECOND, Micros, micros
-from formiga_bt.transport.base import AgentBody, AgentLink
+from formiga_bt.transport.base import AgentBody, AgentLink, UpdatableBody
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentCard,
@@ -28,6 +28,8 @@ from formiga_bt.transport.messages import (
     GoalEvent,
     GoalRequest,
     GoalState,
+    UpdateReply,
+    UpdateRequest,
 )
 
 REMEMBERED_GOALS: Final = 1000
@@ -61,13 +63,15 @@ STATUS_FIELDS: Final = frozenset(
 class _Record:
     """What is remembered of one goal: its request (until it ended), its newest event, whom it replaces."""
 
-    __slots__ = ("action", "event", "replaces", "request")
+    __slots__ = ("action", "event", "replaces", "request", "updates")
 
     def __init__(self, request: GoalRequest | None, event: GoalEvent, replaces: tuple[str, ...] = ()) -> None:
         self.action = request.action if request is not None else ""
         self.request = request
         self.event = event
         self.replaces = replaces
+        self.updates = 0
+        """The highest update that it follows."""
 
 
 class AgentSide:
@@ -245,6 +249,41 @@ class AgentSide:
             return record.event
         record.event = self._next(record)
         return msgspec.structs.replace(record.event, cancel_refused=True)
+
+    def on_update(self, update: UpdateRequest) -> UpdateReply:
+        """Let a goal that runs follow other fields, or say why not: then it goes on as before. Return the reply."""
+        record = self._goals.get(update.goal_id)
+        code = self._no_update(update, record)
+        if not code and record is not None and update.n > record.updates:
+            request, body = record.request, self._body
+            assert request is not None, "a goal that runs has its request"
+            code = body.update(update.goal_id, update.fields) if isinstance(body, UpdatableBody) else "no_update"
+            if not code:
+                record.updates = update.n
+                if record.request is not None:  # it may have ended by that
+                    record.request = msgspec.structs.replace(request, fields={**request.fields, **update.fields})
+        stands = record.updates if record is not None else 0
+        return UpdateReply(goal_id=update.goal_id, agent=self.card.id, n=update.n, stands=stands, code=code)
+
+    def _no_update(self, update: UpdateRequest, record: _Record | None) -> str:
+        """Return why an update cannot be followed, whatever the body says; "" = it may be."""
+        if update.agent != self.card.id:
+            return "wrong_agent"
+        if not self._follows(update.engine_id, update.epoch, update.beat):
+            return "other_engine"
+        if update.epoch < self._epoch:
+            return "epoch_old"
+        if update.epoch > self._epoch:
+            if not self._believes_epoch(update.epoch):
+                return "epoch_far"
+            self._begin_epoch(update.epoch, update.beat)
+        if self._beat + self._unheard_beats() > update.beat + update.ttl_beats:
+            return "goal_expired"
+        if record is None:
+            return "unknown_goal"
+        if record.event.state in TERMINAL or record.event.state == "canceling":
+            return "goal_ended"
+        return "" if self._status.control == "engine" else "not_in_command"
 
     def on_query(self, goal_ids: Sequence[str]) -> tuple[GoalEvent, ...]:
         """Return the recorded state of each asked goal, "unknown" for those this start of the agent never had.

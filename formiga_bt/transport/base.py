@@ -8,8 +8,8 @@ Agent side: `AgentBody` is what a machine (or a person's app) can do, `AgentLink
 rules in between (remembered ids, epochs, expiry, repeated goals) live once, in `agent_side.py`.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.wires import Guarantee
@@ -21,6 +21,7 @@ from formiga_bt.transport.messages import (
     GoalEvent,
     GoalRequest,
     TransportEvent,
+    UpdateRequest,
 )
 
 
@@ -65,6 +66,13 @@ class AgentTransport(Protocol):
         """Ask what an agent knows of these goals. Answered by QueryReplied or SendFailed."""
         ...
 
+    def send_update(self, update: UpdateRequest) -> None:
+        """Send other fields for a goal that runs. Answered by UpdateAnswered or SendFailed.
+
+        Never called on a wire without the guarantee `update`.
+        """
+        ...
+
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock to all agents of this wire."""
         ...
@@ -98,6 +106,15 @@ class AgentBody(Protocol):
 
     def cancel(self, goal_id: str) -> bool:
         """Begin to cancel the running goal. Return False to refuse (it then goes on to its natural end)."""
+        ...
+
+
+@runtime_checkable
+class UpdatableBody(Protocol):
+    """A body whose goals can be given other fields while they run."""
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        """Follow other fields (wire values) of a goal that runs. Return "" if taken, else the code of the refusal."""
         ...
 
 

@@ -28,10 +28,13 @@ from formiga_bt.transport.messages import (
     GoalRequest,
     QueryReplied,
     TransportEvent,
+    UpdateAnswered,
+    UpdateReply,
+    UpdateRequest,
 )
 
-Asked = Literal["goal", "cancel", "query"]
-"""The three requests an engine makes of an agent."""
+Asked = Literal["goal", "cancel", "query", "update"]
+"""The requests an engine makes of an agent."""
 
 FRAME_LIMIT: Final = 256 * 1024
 """The most bytes one message may have."""
@@ -244,6 +247,19 @@ def check_request(request: GoalRequest) -> GoalRequest:
     return request
 
 
+def check_update(update: UpdateRequest) -> UpdateRequest:
+    """Return the update if it can be counted.
+
+    Raises:
+        WireError: `n` is not from 1 to 2**61, or there are no fields.
+    """
+    if not 1 <= update.n <= MOST_INT:
+        raise WireError(f"an update with n {update.n!r}: from 1 to 2**61")
+    if not update.fields:
+        raise WireError("an update without fields")
+    return update
+
+
 def check_clock(beat: ClockBeat) -> ClockBeat:
     """Return a beat of an engine's clock if an agent can reckon with it.
 
@@ -280,11 +296,13 @@ def serve_request(side: AgentSide, what: Asked, raw: bytes) -> bytes:
         UnsentReplyError: the request was carried out, but its reply is too long.
         WireError: the request cannot be read; nothing was done.
     """
-    reply: GoalEvent | GoalsReply
+    reply: GoalEvent | GoalsReply | UpdateReply
     if what == "goal":
         reply = side.on_goal(check_request(decode(raw, GoalRequest)))
     elif what == "cancel":
         reply = side.on_cancel(decode(raw, CancelRequest).goal_id)
+    elif what == "update":
+        reply = side.on_update(check_update(decode(raw, UpdateRequest)))
     else:
         reply = GoalsReply(side.card.boot_id, side.on_query(decode(raw, GoalsRequest).goal_ids))
     try:
@@ -302,7 +320,17 @@ def read_reply(agent: str, what: Asked, goal_id: str, raw: bytes) -> TransportEv
     if what == "query":
         reply = decode(raw, GoalsReply)
         return QueryReplied(agent, reply.boot_id, tuple(check_event(agent, event) for event in reply.goals))
+    if what == "update":
+        return UpdateAnswered(_check_reply(agent, goal_id, decode(raw, UpdateReply)))
     event = check_event(agent, decode(raw, GoalEvent))
     if event.goal_id != goal_id:
         raise WireError(f"an answer for goal {event.goal_id!r} to a {what} of {goal_id!r}")
     return GoalReported(event)
+
+
+def _check_reply(agent: str, goal_id: str, reply: UpdateReply) -> UpdateReply:
+    if reply.agent != agent or reply.goal_id != goal_id:
+        raise WireError(f"an answer of {reply.agent!r} for {reply.goal_id!r} to an update of {goal_id!r}")
+    if not are_within((reply.n, reply.stands), MOST_INT):
+        raise WireError("an answer to an update with a whole number beyond 2**61")
+    return reply

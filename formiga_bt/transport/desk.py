@@ -33,6 +33,7 @@ from formiga_bt.transport.messages import (
     SendFailed,
     StatusArrived,
     TransportEvent,
+    UpdateRequest,
 )
 
 MOST_OPEN: Final = 100
@@ -214,6 +215,10 @@ class DeskTransport:
     def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
         """Ask what became of questions."""
         self._ask(agent, "query", "", GoalsRequest(tuple(goal_ids)))
+
+    def send_update(self, update: UpdateRequest) -> None:
+        """Change a question: refused, nobody's question changes while it is read."""
+        self._ask(update.agent, "update", update.goal_id, update)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Tell everyone the time; they answer with their status."""

@@ -52,6 +52,7 @@ from formiga_bt.transport.messages import (
     SendFailed,
     StatusArrived,
     TransportEvent,
+    UpdateRequest,
 )
 
 
@@ -428,6 +429,10 @@ class MemoryTransport:
     def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
         """Ask what an agent knows of these goals."""
         self._ask(agent, "query", "", GoalsRequest(tuple(goal_ids)))
+
+    def send_update(self, update: UpdateRequest) -> None:
+        """Send other fields for a goal that runs."""
+        self._ask(update.agent, "update", update.goal_id, update)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Send the clock to all agents."""

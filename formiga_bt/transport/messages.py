@@ -17,7 +17,7 @@ __all__ = [
     "TERMINAL", "WIRE", "AgentCard", "AgentError", "AgentEvent", "AgentGone", "AgentLinkState", "AgentSeen", "AgentStatus",
     "BadMessage", "CardAction", "CardField", "Clearance", "ClockBeat", "Control", "EventArrived", "GoalEvent", "GoalReported",
     "GoalRequest", "GoalState", "Landed", "PreflightCheck", "QueryReplied", "SendFailed", "StatusArrived", "TransportEvent",
-    "to_wire",
+    "UpdateAnswered", "UpdateReply", "UpdateRequest", "to_wire",
 ]  # fmt: skip
 
 Control = Literal["engine", "pilot", "failsafe", "unknown"]
@@ -157,6 +157,36 @@ class GoalRequest(Struct, frozen=True, kw_only=True):
     task_id: str = "None"
 
 
+class UpdateRequest(Struct, frozen=True, kw_only=True):
+    """Other fields for a goal that runs: a new target of what follows. The highest `n` wins; a repeated one changes nothing."""
+
+    goal_id: str
+    agent: str
+    action: str
+    n: int
+    """Counts the updates of this goal from 1."""
+    fields: dict[str, Any]
+    """The fields that change, as wire values; the others stay."""
+    engine_id: str = ""
+    epoch: int = 0
+    beat: int = 0
+    ttl_beats: int = 10
+
+
+class UpdateReply(Struct, frozen=True, kw_only=True):
+    """What became of an update. Refused, the goal goes on as before."""
+
+    goal_id: str
+    agent: str
+    n: int
+    """Of the update that is answered."""
+    stands: int = 0
+    """The highest that the goal follows now; 0 = none, its first fields."""
+    code: str = ""
+    """Empty: taken, or an equal or higher one was before. Else why not, a snake_case word: no_update, bad_field, ..."""
+    text: str = ""
+
+
 class GoalEvent(Struct, frozen=True, kw_only=True):
     """What an agent says about one goal: the reply to a goal, to a cancel, to a query, or news of it.
 
@@ -250,14 +280,20 @@ class QueryReplied(Struct, frozen=True, tag=True):
     goals: tuple[GoalEvent, ...]
 
 
+class UpdateAnswered(Struct, frozen=True, tag=True):
+    """An agent answered an update of a goal."""
+
+    reply: UpdateReply
+
+
 class SendFailed(Struct, frozen=True, tag=True):
-    """A goal, cancel or query did not get through.
+    """A goal, cancel, query or update did not get through.
 
     `outcome` "unreachable": it surely did not arrive; "unknown": it may have been executed.
     """
 
     agent: str
-    what: Literal["goal", "cancel", "query"]
+    what: Literal["goal", "cancel", "query", "update"]
     goal_id: str
     outcome: Literal["unreachable", "unknown"]
     text: str = ""
@@ -271,7 +307,15 @@ class BadMessage(Struct, frozen=True, tag=True):
 
 
 TransportEvent = (
-    AgentSeen | AgentGone | StatusArrived | GoalReported | EventArrived | QueryReplied | SendFailed | BadMessage
+    AgentSeen
+    | AgentGone
+    | StatusArrived
+    | GoalReported
+    | EventArrived
+    | QueryReplied
+    | UpdateAnswered
+    | SendFailed
+    | BadMessage
 )
 
 

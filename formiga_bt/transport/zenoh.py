@@ -51,6 +51,7 @@ from formiga_bt.transport.messages import (
     SendFailed,
     StatusArrived,
     TransportEvent,
+    UpdateRequest,
 )
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
@@ -220,6 +221,10 @@ class ZenohTransport:
     def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
         """Ask what an agent knows of these goals."""
         self._ask(agent, "query", "", ("goals",), GoalsRequest(tuple(goal_ids)))
+
+    def send_update(self, update: UpdateRequest) -> None:
+        """Send other fields for a goal that runs."""
+        self._ask(update.agent, "update", update.goal_id, ("action", update.action, "update"), update)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the clock; also the time to ask once more for cards that did not come."""

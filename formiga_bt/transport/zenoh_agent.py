@@ -164,6 +164,7 @@ class ZenohAgentLink:
             session.declare_queryable(card, on_network_thread(lambda query: query.reply(card, self._card))),
             session.declare_queryable(self._key("action", "*", "goal"), self._into("goal")),
             session.declare_queryable(self._key("action", "*", "cancel"), self._into("cancel")),
+            session.declare_queryable(self._key("action", "*", "update"), self._into("update")),
             session.declare_queryable(self._key("goals"), self._into("query")),
             session.declare_subscriber(CLOCK_KEY, self._into("clock")),
         ]

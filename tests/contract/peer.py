@@ -9,6 +9,7 @@
     result      the result of a success
     deaf_s      so long the wire carries nothing, either way, from a moment after the goal was taken on
     vanishes    true: its presence goes with the wire
+    updates     true: the field `to` may be changed while it runs; the result of a success tells it as `to`
 
 Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
 """
@@ -77,6 +78,7 @@ class ScriptedBody:
         self.pause = pause
         self.starts: dict[str, int] = {}
         self.fields: dict[str, dict[str, Any]] = {}
+        self.count: dict[str, int] = {}
 
     def start(self, request: GoalRequest) -> str:
         fields = request.fields
@@ -106,12 +108,23 @@ class ScriptedBody:
         match fields.get("do", "succeed"):
             case "succeed":
                 self.side.set_status(position=Position(1.0, 2.0, 3.0), landed="airborne")
-                self.side.finish(goal, "succeeded", result={**fields.get("result", {}), "starts": self.starts[goal]})
+                told = {"to": fields["to"], "updates": self.count.get(goal, 0)} if fields.get("updates") else {}
+                result = {**fields.get("result", {}), **told, "starts": self.starts[goal]}
+                self.side.finish(goal, "succeeded", result=result)
             case "fail":
                 self.side.finish(goal, "failed", code="motor", text="the motor is hot")
             case "takeover":
                 self.side.take_control("pilot")
                 self.later(0.5, lambda: self.side.take_control("engine"))
+
+    def update(self, goal: str, fields: dict[str, Any]) -> str:
+        if not self.fields[goal].get("updates"):
+            return "no_update"
+        if list(fields) != ["to"]:
+            return "bad_field"
+        self.fields[goal] = {**self.fields[goal], **fields}
+        self.count[goal] = self.count.get(goal, 0) + 1
+        return ""
 
     def watch_link(self) -> None:
         """Act by itself in the silence (it hovers), and yield when it is over."""

@@ -60,6 +60,7 @@ class Agent:
             self.session.declare_queryable(self.key("card"), zenoh.handlers.Callback(tell_card, None, indirect=False)),
             self.session.declare_queryable(self.key("action/*/goal"), hear("goal")),
             self.session.declare_queryable(self.key("action/*/cancel"), hear("cancel")),
+            self.session.declare_queryable(self.key("action/*/update"), hear("update")),
             self.session.declare_queryable(self.key("goals"), hear("query")),
             self.session.declare_subscriber("engine/clock", hear("clock")),
         ]
@@ -103,7 +104,9 @@ class Agent:
                 return
             try:
                 asked = json.loads(query.payload.to_bytes())
-                answer = {"goal": self.on_goal, "cancel": self.on_cancel, "query": self.on_query}[what](asked)
+                answer = {
+                    "goal": self.on_goal, "cancel": self.on_cancel, "query": self.on_query, "update": self.on_update,
+                }[what](asked)  # fmt: skip
             except (ValueError, KeyError, TypeError) as error:
                 query.reply_err(str(error).encode())
                 return
@@ -234,13 +237,15 @@ class Agent:
             self.finish(rival, "superseded")
         return self.answer(record["event"])
 
-    def refusal(self, request):
-        passed = 0
+    def passed(self):
         if self.clock is not None and self.clock[1]["epoch"] == self.epoch:
-            passed = math.floor(now_s() - self.clock[0])
+            return math.floor(now_s() - self.clock[0])
+        return 0
+
+    def refusal(self, request):
         if request["agent"] != self.name:
             return "wrong_agent"
-        if self.beat + passed > request["beat"] + request["ttl_beats"]:
+        if self.beat + self.passed() > request["beat"] + request["ttl_beats"]:
             return "goal_expired"
         if request["action"] not in ("Go", "Look"):
             return "unknown_action"
@@ -269,6 +274,38 @@ class Agent:
         record["event"] = {**event, "n": event["n"] + 1, "state": "canceling"}
         self.later(0.02, lambda: self.finish(goal, "canceled"))
         return record["event"]
+
+    def on_update(self, asked):
+        record = self.goals.get(asked["goal_id"])
+        code = self.no_update(asked, record)
+        if not code and asked["n"] > record.get("updates", 0):
+            fields = record["request"]["fields"]
+            code = "no_update" if not fields.get("updates") else "bad_field" if list(asked["fields"]) != ["to"] else ""
+            if not code:
+                record["updates"] = asked["n"]
+                record["changes"] = record.get("changes", 0) + 1
+                fields.update(asked["fields"])
+        stands = record.get("updates", 0) if record else 0
+        return {"goal_id": asked["goal_id"], "agent": self.name, "n": asked["n"], "stands": stands, "code": code}
+
+    def no_update(self, asked, record):
+        if asked["agent"] != self.name:
+            return "wrong_agent"
+        if not self.follows(asked):
+            return "other_engine"
+        if asked["epoch"] < self.epoch:
+            return "epoch_old"
+        if asked["epoch"] > self.epoch:
+            if not self.believes(asked["epoch"]):
+                return "epoch_far"
+            self.begin_epoch(asked["epoch"], asked["beat"])
+        if self.beat + self.passed() > asked["beat"] + asked["ttl_beats"]:
+            return "goal_expired"
+        if record is None:
+            return "unknown_goal"
+        if record["event"]["state"] in END or record["event"]["state"] == "canceling":
+            return "goal_ended"
+        return "" if self.status["control"] == "engine" else "not_in_command"
 
     def on_query(self, asked):
         found = [
@@ -337,9 +374,9 @@ class Agent:
         match fields.get("do", "succeed"):
             case "succeed":
                 self.status |= {"pose": {"east_m": 1.0, "north_m": 2.0, "up_m": 3.0}, "landed": "airborne"}
-                self.finish(
-                    goal, "succeeded", result={**fields.get("result", {}), "starts": self.goals[goal]["starts"]}
-                )
+                record = self.goals[goal]
+                told = {"to": fields["to"], "updates": record.get("changes", 0)} if fields.get("updates") else {}
+                self.finish(goal, "succeeded", result={**fields.get("result", {}), **told, "starts": record["starts"]})
             case "fail":
                 self.finish(goal, "failed", code="motor", text="the motor is hot")
             case "takeover":

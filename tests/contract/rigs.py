@@ -32,6 +32,9 @@ from formiga_bt.transport.messages import (
     SendFailed,
     StatusArrived,
     TransportEvent,
+    UpdateAnswered,
+    UpdateReply,
+    UpdateRequest,
 )
 from formiga_bt.transport.zenoh import ZenohTransport
 
@@ -156,6 +159,26 @@ class Rig(ABC):
         mark = len(self.log)
         self.transport.query_goals(agent, goals)
         return self.event(QueryReplied, lambda e: e.agent == agent, since=mark)
+
+    def update(self, agent: str, goal: str, n: int, **more: Any) -> UpdateReply:
+        """Send an update as an engine does: again, as long as it goes unanswered."""
+        fields = {name: more.pop(name) for name in list(more) if name not in UpdateRequest.__struct_fields__}
+        more = {"epoch": self.epoch, "beat": self.beat, "action": "Go", **more}
+        asked = UpdateRequest(goal_id=goal, agent=agent, n=n, fields=fields, **more)
+        mark = len(self.log)
+        self.transport.send_update(asked)
+        failed = 0
+
+        def find() -> UpdateReply | None:
+            nonlocal failed
+            count = sum(isinstance(e, SendFailed) and e.what == "update" for e in self.log[mark:])
+            if count > failed:
+                failed = count
+                self.transport.send_update(asked)
+            replies = (e.reply for e in self.log[mark:] if isinstance(e, UpdateAnswered))
+            return next((one for one in replies if (one.goal_id, one.n) == (goal, n)), None)
+
+        return self.wait(find, f"an answer to update {n} of {goal}")
 
     def gone(self, agent: str, *, since: int = 0) -> None:
         self.event(AgentGone, lambda e: e.agent == agent, since=since)

@@ -167,6 +167,34 @@ def test_an_expired_goal_is_refused(rig: Rig, peer: str) -> None:
     rig.reported(rig.goal(peer, do="succeed", beat=rig.beat - 10, ttl_beats=10), "succeeded")
 
 
+def test_an_update_changes_a_goal_that_runs_and_the_highest_number_wins(rig: Rig, peer: str) -> None:
+    goal = rig.goal(peer, do="succeed", updates=True, to="a", feedback=[0.5] * 60, step_s=0.02)
+    rig.reported(goal, "accepted")
+    assert (rig.update(peer, goal, 2, to="c").code, rig.update(peer, goal, 2, to="d").stands) == ("", 2)
+    late = rig.update(peer, goal, 1, to="b")
+    assert (late.code, late.stands) == ("", 2)
+    assert rig.update(peer, goal, 3, speed=1.0).code == "bad_field"
+    end = rig.reported(goal, "succeeded")
+    assert (end.result["to"], end.result["updates"], end.result["starts"]) == ("c", 1, 1)
+    assert rig.update(peer, goal, 4, to="e").code == "goal_ended"
+
+
+def test_an_update_that_cannot_be_leaves_the_goal_as_it_is(rig: Rig) -> None:
+    agent = rig.new_peer()
+    rig.epoch = 7
+    goal = rig.goal(agent, do="hold", to="a")
+    rig.reported(goal, "accepted")
+    reply = rig.update(agent, goal, 1, to="b")
+    assert (reply.code, reply.stands) == ("no_update", 0)
+    assert rig.update(agent, "Test-1/0/steps/none", 1, to="b").code == "unknown_goal"
+    assert rig.update(agent, goal, 2, to="b", epoch=6).code == "epoch_old"
+    rig.clock_until_heard(agent, beats=20)
+    assert rig.update(agent, goal, 3, to="b", beat=rig.beat - 11, ttl_beats=10).code == "goal_expired"
+    assert rig.query(agent, goal).goals[0].state == "accepted"
+    rig.transport.cancel_goal(agent, goal)
+    rig.reported(goal, "canceled")
+
+
 def test_a_query_tells_what_the_agent_knows(rig: Rig, peer: str) -> None:
     done = rig.goal(peer, do="succeed")
     rig.reported(done, "succeeded")

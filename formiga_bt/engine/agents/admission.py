@@ -105,7 +105,7 @@ class Admission:
             *TURNED_AWAY,
             "wire_lacks",
         ):  # else it is as it was judged at the start
-            self._turn_away(agent, refused)
+            self._turn_away(agent, refused, _in_words(refused, card, agent.wire, less))
 
     def _retype(self, agent: AgentRecord, card: AgentCard) -> bool:
         """Let an agent be of another type than before; return False if it is ours as it was, and in use."""
@@ -118,11 +118,11 @@ class Admission:
         core.put_agent(agent.id, type=card.type, mobility=mobility, shared=kind is not None and kind.shared)
         return True
 
-    def _turn_away(self, agent: AgentRecord, why: str) -> None:
+    def _turn_away(self, agent: AgentRecord, why: str, words: str = "") -> None:
         """What was admitted cannot be any more: the machine leaves its task, and what it still does is called off."""
         core = self._core
         used = not agent.refused and not agent.human and self.is_in_use(agent)
-        text = f"{agent.id} ({agent.type}) is not admitted: {why}"
+        text = f"{agent.id} ({agent.type}) is not admitted: {words or why}"
         if used:
             text += "; it was in use: it leaves its task, and only hold and cut reach it"
             core.effect(Alarm("not_admitted", text, agent.task, agent.id))

@@ -173,6 +173,8 @@ class Fleet:
             rebooted=agent.rebooted and not (status.landed == "airborne" and status.control == "engine"),
             bad=0,
         )
+        if agent.goal:
+            self._goals.updates.on_status(agent.goal)
         if status.fields or agent.fields or agent.refused_fields:
             take_fields(core, agent, status)
         self._mark_alive(agent.id, wall)

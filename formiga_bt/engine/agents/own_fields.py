@@ -4,7 +4,7 @@ A value of another type refuses that field and not the status: the field is unkn
 people get an alarm once. What the type does not declare is passed over.
 """
 
-from formiga_bt.engine.goals.goals import read_value
+from formiga_bt.engine.goals.wire_values import read_value
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.records import AgentRecord

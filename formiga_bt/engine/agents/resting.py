@@ -73,9 +73,7 @@ def _station_of(core: Core, agent: AgentRecord) -> Station | None:
         return known[0] if known else None
     others = [one for one in core.state.agents.values() if one.id != agent.id and one.mobility == "ground"]
     used = [one.position.ground for one in others if one.position is not None]
-    used += [
-        goal.leg[1].ground for goal in core.state.goals.values() if goal.leg is not None and goal.agent != agent.id
-    ]
+    used += [end.ground for goal in core.state.goals.values() if goal.agent != agent.id for end in goal.ends]
     keep_m = core.site.min_spacing_m
     free = [one for one in known if not any(horizontal_m(one.at, spot) < keep_m for spot in used)]
     return min(free or known, key=lambda one: (horizontal_m(one.at, at), one.name))

@@ -18,7 +18,7 @@ from formiga_bt.engine.drivers.persist import Outcome, Persist, PersistAhead
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.transport.base import AgentTransport
-from formiga_bt.transport.messages import TERMINAL, ClockBeat, GoalRequest, TransportEvent
+from formiga_bt.transport.messages import TERMINAL, ClockBeat, GoalRequest, TransportEvent, UpdateRequest
 
 VARIABLE: Final = "FORMIGA_FAILPOINT"
 POINTS: Final[Mapping[str, str]] = {
@@ -34,7 +34,7 @@ POINTS: Final[Mapping[str, str]] = {
 LEAVES_S: Final = 0.05
 """An order that was given to a wire has left the process after this."""
 
-_ORDERS: Final = (inp.SendGoal, inp.CancelGoal)
+_ORDERS: Final = (inp.SendGoal, inp.CancelGoal, inp.UpdateGoalFields)
 
 
 def kill(text: str) -> None:
@@ -214,6 +214,11 @@ class FailingWire:
     def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
         """Ask what an agent knows."""
         self._inner.query_goals(agent, goal_ids)
+
+    def send_update(self, update: UpdateRequest) -> None:
+        """Send other fields for a goal that runs, and perhaps die."""
+        self._inner.send_update(update)
+        self._failpoint.passing("after_send")
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock."""

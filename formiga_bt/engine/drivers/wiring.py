@@ -28,6 +28,8 @@ def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros, of: AgentTr
             return inp.AgentEventInput(told)
         case msg.QueryReplied(agent, boot_id, goals):
             return inp.QueryReplyInput(agent, boot_id, goals, clock)
+        case msg.UpdateAnswered(reply):
+            return inp.UpdateReplyInput(reply)
         case msg.SendFailed(agent, what, goal_id, outcome, text):
             return inp.EffectFailed(agent, what, goal_id, outcome, text)
         case msg.BadMessage(agent, text):
@@ -97,6 +99,8 @@ class Switchboard:
                 return self._try(agent, "cancel", goal_id, lambda t: t.cancel_goal(agent, goal_id))
             case inp.QueryGoal(agent, goal_ids):
                 return self._try(agent, "query", "", lambda t: t.query_goals(agent, goal_ids))
+            case inp.UpdateGoalFields():
+                return self._update(effect, beat)
             case inp.NotifyPeople() | inp.Alarm() | inp.PublishState():
                 return None
 
@@ -116,6 +120,20 @@ class Switchboard:
             task_id=effect.task or "None",
         )
         return self._try(effect.agent, "goal", effect.goal_id, lambda t: t.send_goal(request))
+
+    def _update(self, effect: inp.UpdateGoalFields, beat: int) -> inp.EffectFailed | None:
+        update = msg.UpdateRequest(
+            goal_id=effect.goal_id,
+            agent=effect.agent,
+            action=effect.action,
+            n=effect.n,
+            fields=effect.fields,
+            engine_id=self._engine_id,
+            epoch=effect.epoch,
+            beat=beat,
+            ttl_beats=effect.ttl_beats,
+        )
+        return self._try(effect.agent, "update", effect.goal_id, lambda t: t.send_update(update))
 
     def _try(
         self, agent: str, what: str, goal_id: str, call: Callable[[AgentTransport], None]

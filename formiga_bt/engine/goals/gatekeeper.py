@@ -6,7 +6,11 @@ that wait for each other is `engine.goals.air_holding`.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
+from msgspec.structs import replace
+
+from formiga_bt.base.geo import Position
 from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
@@ -60,6 +64,38 @@ class Gatekeeper:
         core, view = self._core, self.view
         site = core.site
         return judge(ask, traffic, core.now, site.separation_m, site.min_spacing_m, lambda: view.breach(goal, ask))
+
+    def may_turn(self, goal: GoalRecord, ends: Sequence[Position | None], drift_m: float) -> Verdict:
+        """Return what the gate says of a goal that runs, with other fields.
+
+        Args:
+            goal: with the fields that it would have.
+            ends: where its machine may be when it turns.
+            drift_m: how far apart these lie: so much more room is kept.
+        """
+        core, view = self._core, self.view
+        site, first = core.site, view.ask(goal)
+        traffic = view.traffic(first, drift_m)
+        verdict: Verdict = Go()
+        for here in ends:
+            ask = replace(first, position=here)
+            found = judge(
+                ask,
+                traffic,
+                core.now,
+                site.separation_m + drift_m,
+                site.min_spacing_m + drift_m,
+                partial(view.breach, goal, ask),
+            )
+            if isinstance(found, Go) and (found.leg is not None or found.area is not None) and not ask.lands:
+                claimant = self.room.claimed(goal, found)
+                found = Hold("leg_busy", claimant) if claimant else found
+            no = self.passages.verdict(goal, ask) if isinstance(found, Go) else found
+            if no is not None:
+                return no
+            if here is ends[0]:
+                verdict = found
+        return verdict
 
     def try_send(self, goal_id: str) -> None:
         """Show a goal to the gate and act on the verdict."""

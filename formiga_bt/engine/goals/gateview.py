@@ -212,9 +212,9 @@ class GateView:
         speed = goal.fields.get("speed")
         flight = GateFlight(
             agent=agent.id,
-            here=agent.position,
+            here=ask.position,
             grounded=agent.landed == "grounded",
-            ways=ways_of(agent.position, ask.target, core.airspace, ask.rises_to_m) if ask.region is None else (),
+            ways=ways_of(ask.position, ask.target, core.airspace, ask.rises_to_m) if ask.region is None else (),
             region=ask.region,
             region_up_m=ask.rises_to_m if ask.region is not None else None,
             lands_at=(ask.target.ground if isinstance(ask.target, Position) else ask.target) if ask.lands else None,
@@ -238,9 +238,9 @@ class GateView:
         target = ask.target
         return Drive(
             agent=agent.id,
-            here=agent.position,
+            here=ask.position,
             to=target.ground if isinstance(target, Position) else target,
-            around=_around(agent.position, ask.region),
+            around=_around(ask.position, ask.region),
             speed_m_s=float(speed) if isinstance(speed, int | float) else None,
             own_speed_m_s=own.get("speed_m_s", 0.0),
             battery=agent.battery,
@@ -267,8 +267,11 @@ class GateView:
         return up
 
     # -- the others --------------------------------------------------------------------------------------------------
-    def traffic(self, ask: GateInput) -> list[Traffic]:
-        """Return the machines that may be near a goal's way and spots, in the order of their admission."""
+    def traffic(self, ask: GateInput, more_m: float = 0.0) -> list[Traffic]:
+        """Return the machines that may be near a goal's way and spots, in the order of their admission.
+
+        `more_m`: so much further away, too.
+        """
         self._refresh()
         here, target = ask.position, ask.target
         if here is not None and target is not None and ask.region is None:  # nearly all of them
@@ -276,7 +279,7 @@ class GateView:
             south, north = here.north_m, target.north_m
             if south > north:
                 south, north = north, south
-            return self._near((west, east, south, north))
+            return self._near((west, east, south, north), more_m)
         points: list[Place | Position] = []
         if ask.position is not None:
             points.append(ask.position)
@@ -287,10 +290,10 @@ class GateView:
         if not points:
             return []
         easts, norths = [p.east_m for p in points], [p.north_m for p in points]
-        return self._near((min(easts), max(easts), min(norths), max(norths)))
+        return self._near((min(easts), max(easts), min(norths), max(norths)), more_m)
 
-    def _near(self, box: Box) -> list[Traffic]:
-        found = self._skies.near(grown(box, self._reach_m))
+    def _near(self, box: Box, more_m: float) -> list[Traffic]:
+        found = self._skies.near(grown(box, self._reach_m + more_m))
         if len(found) > 1:
             found.sort(key=_order)
         return found
@@ -322,6 +325,7 @@ class GateView:
         area: TakenArea | None = agent.lost_area
         if goal is not None and goal.in_flight and (goal.leg is not None or goal.area is not None):
             leg, area = goal.leg, goal.area
+        also = goal.also if goal is not None and goal.in_flight else None
         column = self._column_m(agent, leg)
         return traffic_of(
             agent.id,
@@ -333,6 +337,7 @@ class GateView:
             area,
             agent.order,
             self._landing_spot(agent),
+            also,
         )
 
     def _column_m(self, agent: AgentRecord, leg: Way | None) -> float | None:

@@ -17,24 +17,23 @@ Of a take-off that was broken off in the air, the next attempt is what is left o
 
 from typing import Any
 
-import msgspec
 from msgspec.structs import replace
 
-from formiga_bt.base.bounds import MOST, MOST_INT, MOST_RESULT, are_within, fault_of
 from formiga_bt.base.clock import SECOND
-from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.climbing import climb, is_up, top_m
 from formiga_bt.engine.goals.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.goals.people import TTL_BEATS as QUESTION_BEATS
+from formiga_bt.engine.goals.updates import Updates
+from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.kernel.news import GoalUnreachable, Idle, MustLeave, Stopped, TakenOver, UnreadableMessage
 from formiga_bt.engine.kernel.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
-from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GoalTimer, GraceDue
-from formiga_bt.lang.types import PLACE, AgentRef, Type
+from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GoalTimer, GraceDue, UpdateDue
 from formiga_bt.nodes.run import Failure, GoalOrder
+from formiga_bt.safety.traffic import area_of
 from formiga_bt.transport.messages import TERMINAL, GoalEvent
 
 RESEND_US = 2 * SECOND
@@ -44,9 +43,10 @@ RESEND_US = 2 * SECOND
 class Goals:
     """All goals of all tasks."""
 
-    def __init__(self, core: Core, gatekeeper: Gatekeeper) -> None:
+    def __init__(self, core: Core, gatekeeper: Gatekeeper, updates: Updates) -> None:
         self._core = core
         self._gate = gatekeeper
+        self.updates = updates
 
     # -- from the trees ------------------------------------------------------------------------------------------
     def order(self, task_id: str, order: GoalOrder) -> Failure | None:
@@ -364,6 +364,8 @@ class Goals:
         if isinstance(timer, AcceptDue) and goal.state == "sent":
             core.effect(QueryGoal(goal.agent, (goal.id,)))
             core.set_wall(timer, core.action(goal.action).accept_timeout_us)
+        elif isinstance(timer, UpdateDue):
+            self.updates.on_due(goal)
         elif isinstance(timer, CancelDue) and goal.state == "canceling":
             core.effect(CancelGoal(goal_id, goal.agent, goal.action))
             core.set_wall(timer, RESEND_US)
@@ -403,60 +405,16 @@ class Goals:
     def _keep_way(self, goal: GoalRecord) -> None:
         """Nobody knows whether a machine goes on with a goal: what that takes up in the air stays its own."""
         if goal.leg is not None or goal.area is not None:
-            self._core.put_agent(goal.agent, lost_leg=goal.leg, lost_area=goal.area)
+            leg, area = goal.leg, goal.area
+            if leg is not None and goal.also is not None:  # it may be on either way, or turn anywhere between them
+                ends = (leg[0].ground, leg[1].ground, goal.also[1].ground)
+                leg, area = goal.also, area_of(ends, goal.leg[1].up_m if goal.leg else 0.0, None)
+            self._core.put_agent(goal.agent, lost_leg=leg, lost_area=area)
 
     def give_up(self, agent_id: str) -> None:
         """End what waits for a machine that leaves its task: nothing of that is sent any more."""
         for goal in [g for g in self._core.index.goals_of(agent_id) if g.state in ("gated", "interrupted")]:
             self.end(goal.id, "lost")
-
-
-def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str, Any]:
-    """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out.
-
-    Raises:
-        KeyError, TypeError, ValueError: a field is of another type, or a number of it out of bounds.
-    """
-    return {name: read_value(kind, raw[name]) for name, kind in types.items() if name in raw}
-
-
-def read_value(kind: Type, raw: Any) -> Any:
-    """Return a value of the wire as a runtime value.
-
-    Raises:
-        KeyError, TypeError, ValueError: it is of another type, or a number out of bounds.
-    """
-    match kind.name:
-        case "place":
-            return Place(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST))
-        case "position":
-            return Position(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST), _number(raw["up_m"], MOST))
-        case "region":
-            return Region(tuple(read_value(PLACE, corner) for corner in msgspec.convert(raw, list)))
-        case "agent":
-            return AgentRef(msgspec.convert(raw, str))
-        case "bool":
-            return msgspec.convert(raw, bool)
-        case "int" | "time":
-            return _number(raw, MOST_INT, int)
-        case "text" | "enum":
-            return msgspec.convert(raw, str)
-        case "list":
-            assert kind.item is not None
-            return tuple(read_value(kind.item, item) for item in msgspec.convert(raw, list))
-        case "any" | "record":
-            if fault := fault_of(raw):
-                raise ValueError(fault)
-            return raw
-        case _:
-            return _number(raw, MOST_RESULT)
-
-
-def _number(raw: Any, most: float, kind: type[float] = float) -> Any:
-    number = msgspec.convert(raw, kind)
-    if not are_within((number,), most):
-        raise ValueError(f"{number!r} is out of bounds")
-    return number
 
 
 def _contradicts(agent: AgentRecord, event: GoalEvent, effect: str) -> bool:

@@ -79,8 +79,7 @@ class Passages:
         """Return whether what a machine still does, or may do for all that is known, leads it through a region."""
         ends = [agent.lost_leg[1]] if agent.lost_leg is not None else []
         if goal is not None and goal.in_flight:
-            if goal.leg is not None:
-                ends.append(goal.leg[1])
+            ends += goal.ends
             explored = next((value for value in goal.fields.values() if isinstance(value, Region)), None)
             if explored is not None and regions_meet(explored, region):
                 return True

@@ -31,6 +31,7 @@ from formiga_bt.engine.kernel.timers import (
     NodeDue,
     TaskDue,
     Timer,
+    UpdateDue,
     WallTimer,
 )
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
@@ -402,7 +403,7 @@ class Core:
 
     def clear_walls(self, goal_id: str) -> None:
         """Ask for no wall time on account of a goal any more."""
-        for timer in (AcceptDue(goal_id), CancelDue(goal_id), GraceDue(goal_id)):
+        for timer in (AcceptDue(goal_id), CancelDue(goal_id), GraceDue(goal_id), UpdateDue(goal_id)):
             self.set_wall(timer, None)
 
     def keep_memory(self, task_id: str, fresh: Mapping[str, Mem | None]) -> None:

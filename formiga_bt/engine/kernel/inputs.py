@@ -14,7 +14,7 @@ from formiga_bt.engine.kernel.replies import Reply
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.drafted import Drafted
-from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent
+from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent, UpdateReply
 
 # -- inputs ------------------------------------------------------------------------------------------------------------
 
@@ -150,6 +150,21 @@ class QueryReplyInput(Struct, frozen=True, tag="QueryReply"):
     clock: Micros = 0
 
 
+class UpdateGoal(Struct, frozen=True, tag=True):
+    """Give a goal that runs other fields: a new target of what follows. Refused, the old ones stand."""
+
+    goal_id: str
+    fields: dict[str, Any]
+    """Those that change, as runtime values."""
+    by: str = ""
+
+
+class UpdateReplyInput(Struct, frozen=True, tag="UpdateReply"):
+    """An agent answered an update of a goal."""
+
+    reply: UpdateReply
+
+
 class BadStatusInput(Struct, frozen=True, tag="BadStatus"):
     """An agent sent something unreadable, or that lies."""
 
@@ -171,10 +186,10 @@ class WallDue(Struct, frozen=True, tag=True):
 
 
 class EffectFailed(Struct, frozen=True, tag=True):
-    """A goal, cancel or query did not get through ("unknown": it may have been executed)."""
+    """A goal, cancel, query or update did not get through ("unknown": it may have been executed)."""
 
     agent: str
-    what: Literal["goal", "cancel", "query"]
+    what: Literal["goal", "cancel", "query", "update"]
     goal_id: str
     outcome: Literal["unreachable", "unknown"]
     text: str = ""
@@ -257,8 +272,8 @@ class Behind(Struct, frozen=True, tag=True):
 
 Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
-    | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
-    | JournalState | Resumed | Outage | Behind
+    | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput | BadStatusInput | TimerDue | WallDue
+    | EffectFailed | Started | JournalState | Resumed | Outage | Behind
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------
@@ -294,6 +309,18 @@ class QueryGoal(Struct, frozen=True, tag=True):
     goal_ids: tuple[str, ...] = ()
 
 
+class UpdateGoalFields(Struct, frozen=True, tag=True):
+    """Send other fields (as wire values) for a goal that runs."""
+
+    goal_id: str
+    agent: str
+    action: str
+    n: int
+    fields: dict[str, Any]
+    epoch: int
+    ttl_beats: int
+
+
 class NotifyPeople(Struct, frozen=True, tag=True):
     """Tell people."""
 
@@ -321,7 +348,7 @@ class PublishState(Struct, frozen=True, tag=True):
     reason: str = ""
 
 
-Effect = SendGoal | CancelGoal | QueryGoal | NotifyPeople | Alarm | PublishState
+Effect = SendGoal | CancelGoal | QueryGoal | UpdateGoalFields | NotifyPeople | Alarm | PublishState
 
 
 class EngineStep(Struct, frozen=True):

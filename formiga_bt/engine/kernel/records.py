@@ -547,6 +547,16 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.flies and (self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None)
 
 
+class GoalUpdate(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Other fields of a goal that runs, on their way: until its agent answers it may follow the old ones or these."""
+
+    n: int
+    fields: dict[str, Any]
+    """All fields as they will be."""
+    changed: tuple[str, ...]
+    """Which of them differ."""
+
+
 class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A goal, from the leaf's wish to its end. `ended` goals go when their owner has taken the outcome."""
 
@@ -582,6 +592,14 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The straight way that the gate granted."""
     area: TakenArea | None = None
     """The area at one height that it explores: nobody else may come near while it does."""
+    updates: int = 0
+    """The highest number of an update of its fields."""
+    update: GoalUpdate | None = None
+    """The newest one, until its agent has answered it."""
+    also: tuple[Position, Position] | None = None
+    """Another way that it may be on: that of its update until it is answered, then the one before until the next status."""
+    turned_at: Micros | None = None
+    """When its agent took the newest update."""
     clearance: Clearance | None = None
     cleared: Place | None = None
     """The spot that the clearance is for."""
@@ -595,6 +613,11 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def in_flight(self) -> bool:
         """Return whether the agent has, or may have, the goal."""
         return self.state in IN_FLIGHT
+
+    @property
+    def ends(self) -> tuple[Position, ...]:
+        """Return where its way may end."""
+        return tuple(way[1] for way in (self.leg, self.also) if way is not None)
 
     @property
     def stopping(self) -> bool:

@@ -431,7 +431,10 @@ def load_snapshot(data: bytes) -> EngineState:
             wanted = msgspec.structs.replace(task.request, params=revive(task.request.params))
             state.tasks[task_id] = msgspec.structs.replace(task, request=wanted)
     for goal_id, goal in state.goals.items():
-        state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
+        update = goal.update and msgspec.structs.replace(goal.update, fields=revive(goal.update.fields))
+        state.goals[goal_id] = msgspec.structs.replace(
+            goal, fields=revive(goal.fields), result=revive(goal.result), update=update
+        )
     for agent_id, happened in state.agent_events.items():
         state.agent_events[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
     for memory in state.memory.values():

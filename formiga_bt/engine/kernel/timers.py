@@ -147,6 +147,12 @@ class AskDue(Struct, frozen=True, tag="ask", array_like=True):
     agent: str
 
 
-GoalTimer = AcceptDue | CancelDue | GraceDue
+class UpdateDue(Struct, frozen=True, tag="update", array_like=True):
+    """An update of a goal without an answer is sent again."""
+
+    goal: str
+
+
+GoalTimer = AcceptDue | CancelDue | GraceDue | UpdateDue
 WallTimer = LiveDue | GoalTimer | ResumeDue | AskDue
 """A wall-time timer."""

@@ -131,14 +131,15 @@ class Breaches:
         resume = core.state.resume
         if resume is not None and agent.id in resume.waits:
             return ()  # it may have ended while the engine was away
-        lag = lag_since(core.state, goal.sent_at)
+        since = goal.sent_at if goal.turned_at is None else goal.turned_at
+        lag = lag_since(core.state, since)
         if lag is None:
             return ()  # the engine comes late, not the machine
         (start, end), speed = goal.leg, goal.fields.get("speed")
         pace = min(speed_m_s, float(speed)) if isinstance(speed, int | float) else speed_m_s
         least = 0.5 if agent.flies else 0.05
         typical_s = horizontal_m(start, end) / max(pace, least) + abs(end.up_m - start.up_m) / max(climb_m_s, 0.2)
-        most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - goal.sent_at) / SECOND
+        most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - since) / SECOND
         if lasts_s <= most_s:
             return ()
         text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"

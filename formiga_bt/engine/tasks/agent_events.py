@@ -5,7 +5,7 @@ An event that the agent's type does not have, or whose fields cannot be read, co
 """
 
 from formiga_bt.engine.agents.fleet import Fleet
-from formiga_bt.engine.goals.goals import read_result
+from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm

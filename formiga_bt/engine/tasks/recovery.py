@@ -246,8 +246,8 @@ class Recovery:
         keep_clear = [
             a for a in others if a not in standing
         ]  # people, and machines in the air: nobody lands through one
-        legs = [goal.leg for goal in core.state.goals.values() if goal.leg is not None and goal.agent != agent.id]
-        clear_of = [a.position.ground for a in keep_clear if a.position] + [end.ground for _, end in legs]
+        ends = [end for goal in core.state.goals.values() if goal.agent != agent.id for end in goal.ends]
+        clear_of = [a.position.ground for a in keep_clear if a.position] + [end.ground for end in ends]
         clear_of += self._spots(agent.id)
         taken = [a.position.ground for a in standing if a.position is not None]
         return safe_landing_spot(

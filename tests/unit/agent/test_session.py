@@ -272,3 +272,66 @@ def test_equal_runs_are_equal() -> None:
         return [*bench.news, *bench.statuses]
 
     assert run() == run()
+
+
+class Follower(Agent, type="rover"):
+    @action(live=["to"])
+    async def Follow(self, to: Place, speed: MetresPerSecond = 1.0) -> dict[str, Any]:
+        seen = []
+        for _ in range(5):
+            seen.append(self.live("to").east_m)
+            await self.sleep(1)
+        return {"seen": seen}
+
+    @action(live=["to"])
+    def Chase(self, to: Place, token: CancelToken) -> dict[str, Any]:
+        seen = []
+        for _ in range(5):
+            seen.append(self.live("to").east_m)
+            token.sleep(1)
+        return {"seen": seen}
+
+    @action
+    async def Drive(self, to: Place) -> None:
+        await self.sleep(5)
+
+
+@pytest.mark.parametrize("action_name", ["Follow", "Chase"])
+def test_a_live_parameter_changes_while_the_action_runs(action_name: str) -> None:
+    bench = AgentBench(Follower())
+    goal = bench.start(action_name, to=Place(1.0, 0.0))
+    bench.run_for(1.5)
+    answer = bench.update(goal, 2, to=Place(7.0, 0.0))
+    assert answer is not None
+    assert (answer.code, answer.stands) == ("", 2)
+    bench.update(goal, 1, to=Place(3.0, 0.0))
+    assert bench.end_of(goal).result == {"seen": [1.0, 1.0, 7.0, 7.0, 7.0]}
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "code"),
+    [
+        ("Follow", {"speed": 2.0}, "bad_field"),
+        ("Follow", {"to": "there"}, "bad_field"),
+        ("Drive", {"to": Place(2.0, 0.0)}, "no_update"),
+    ],
+)
+def test_what_is_not_live_or_of_another_type_is_refused(name: str, fields: dict[str, Any], code: str) -> None:
+    bench = AgentBench(Follower())
+    goal = bench.start(name, to=Place(1.0, 0.0))
+    answer = bench.update(goal, 1, **fields)
+    assert answer is not None
+    assert answer.code == code
+    assert bench.end_of(goal).state == "succeeded"
+
+
+def test_live_names_parameters_and_is_asked_within_an_action() -> None:
+    with pytest.raises(TypeError, match="too"):
+
+        class Wrong(Agent, type="rover"):
+            @action(live=["too"])
+            async def Follow(self, to: Place) -> None: ...
+
+    bench = AgentBench(Follower())
+    with pytest.raises(RuntimeError):
+        bench.agent.live("to")

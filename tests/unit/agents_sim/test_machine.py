@@ -140,3 +140,33 @@ def test_what_has_no_place_says_none_and_nothing_can_run_into_it(world: World) -
     assert world.fleet["service"].side is not None
     assert world.fleet["service"].side.status.position is None
     assert world.referee.verdict(world.clock.now()).is_clean
+
+
+def test_it_turns_to_another_target_on_its_way(world: World) -> None:
+    body = add(world)
+    goal = world.order("r", "Drive", to=FAR)
+    world.run(10.0)
+    assert body.update(goal, {"to": {"east_m": 20.0, "north_m": 30.0}}) == ""
+    world.run(16.0)
+    assert world.end(goal)[0] == pytest.approx(25.0)
+    assert (body.position().east_m, body.position().north_m) == (20.0, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("action", "fields", "code"),
+    [
+        ("Drive", {"to": "pit"}, "bad_field"),
+        ("Drive", {"speed": 1.0}, "no_update"),
+        ("Look", {"to": FAR}, "no_update"),
+    ],
+)
+def test_what_it_cannot_follow_is_refused_and_it_goes_on(
+    world: World, action: str, fields: dict[str, Any], code: str
+) -> None:
+    body = add(world)
+    goal = world.order("r", action, to=FAR)
+    world.run(1.0)
+    assert body.update(goal, fields) == code
+    assert body.update("other", {"to": FAR}) == "goal_ended"
+    world.run(30.0)
+    assert world.end(goal)[1].state == "succeeded"

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.geo import Place, Position, distance_m
-from formiga_bt.engine.goals.goals import read_result
+from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel.inputs import BadStatusInput
 from formiga_bt.lang.types import Type
 from formiga_bt.rehearsal.testing import alarms

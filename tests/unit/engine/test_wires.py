@@ -67,7 +67,7 @@ def test_mode_real_demands_every_guarantee_but_those_it_accepts_by_name(site: Si
     said = [one.text for one in effects(made, Alarm) if one.code == "not_admitted"]
     assert bool(said) == bool(refused)
     assert all("expiry" in one for one in said)
-    assert "mqtt lacks epoch, expiry" in _row(agent_fact(made.state, agent, made.now, 0), None)[-1]
+    assert "mqtt lacks epoch, expiry" in _row(agent_fact(made.engine.state, agent, made.now, 0), None)[-1]
 
     on_wire(made, drone, ())
     assert made.record("hwd_1").refused == ""
@@ -100,7 +100,7 @@ def test_a_goal_that_may_not_be_repeated_is_sent_again_only_where_it_is_begun_on
     made, drone = bench()
     task = made.submit("Try", {})
     made.run_for(10)
-    goal = next(one for one in made.state.goals.values() if one.agent == "hwd_1")
+    goal = next(one for one in made.engine.state.goals.values() if one.agent == "hwd_1")
     made.engine.core.put_goal(goal.id, state="sent", repeatable=False)
     on_wire(made, drone, lacks)
     sent = len(effects(made, SendGoal))

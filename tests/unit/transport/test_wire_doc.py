@@ -32,6 +32,8 @@ from formiga_bt.transport.messages import (
     GoalState,
     Landed,
     PreflightCheck,
+    UpdateReply,
+    UpdateRequest,
     to_wire,
 )
 
@@ -104,6 +106,18 @@ EXAMPLES: dict[str, Struct] = {
         agent="picker_1", event="sos", boot_id="picker_1@11c0", n=2, stamp=T0 + 12_000_000, fields={"level": 3}
     ),
     "CancelRequest": CancelRequest("PickUp-12/0/steps/steps[1]"),
+    "UpdateRequest": UpdateRequest(
+        goal_id="PickUp-12/0/steps/steps[1]",
+        agent="hwd_1",
+        action="GoTo",
+        n=2,
+        fields={"to": to_wire(Position(175.0, 96.0, 60.0))},
+        engine_id="7c1e66f0",
+        epoch=4,
+        beat=728,
+        ttl_beats=5,
+    ),
+    "UpdateReply": UpdateReply(goal_id="PickUp-12/0/steps/steps[1]", agent="hwd_1", n=2, stands=2),
     "GoalsRequest": GoalsRequest(("PickUp-12/0/steps/steps[1]", "PickUp-12/0/steps/steps[2]")),
     "GoalsReply": GoalsReply(
         "hwd_1@65a1",

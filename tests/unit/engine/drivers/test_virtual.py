@@ -84,7 +84,7 @@ def test_what_the_wires_have_is_fed_in_order_with_the_time_of_its_coming(
     wire.put(AgentSeen(card()), StatusArrived(status()), SendFailed("lwd_1", "goal", "g", "unknown", "lost"))
     driver.drain()
     assert [given for _, given in engine.inputs[1:]] == [
-        inp.AgentSeenInput(card(), START),
+        inp.AgentSeenInput(card(), START, "fake"),
         inp.AgentStatusInput(status(), START, START),
         inp.EffectFailed("lwd_1", "goal", "g", "unknown", "lost"),
     ]
