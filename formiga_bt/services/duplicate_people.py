@@ -7,7 +7,7 @@ to the wrong place. `OneEach` notices and tells it. Two processes that are one m
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
-from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.base import AgentTransport, TellsSite
 from formiga_bt.transport.messages import (
     AgentGone,
     AgentSeen,
@@ -18,6 +18,7 @@ from formiga_bt.transport.messages import (
     GoalRequest,
     QueryReplied,
     SendFailed,
+    SiteMessage,
     StatusArrived,
     TransportEvent,
     UpdateAnswered,
@@ -66,6 +67,11 @@ class OneEach:
     def send_update(self, update: UpdateRequest) -> None:
         """Send other fields for a goal that runs."""
         self._inner.send_update(update)
+
+    def publish_site(self, message: SiteMessage) -> None:
+        """Tell agents of the site, where the wire can."""
+        if isinstance(self._inner, TellsSite):
+            self._inner.publish_site(message)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock."""

@@ -28,6 +28,7 @@ from formiga_bt.transport.messages import (
     GoalEvent,
     GoalRequest,
     GoalState,
+    SiteMessage,
     UpdateReply,
     UpdateRequest,
 )
@@ -112,6 +113,7 @@ class AgentSide:
         self._far_beat: int | None = None
         """A beat that was too far ahead to be believed: the next one that follows on it confirms it."""
         self._clock: tuple[Micros, ClockBeat] | None = None
+        self._site: SiteMessage | None = None
         self._engine_now: Micros = 0
         self._heard_at: Micros = now()
         self._silence_us: Micros | None = None
@@ -136,6 +138,16 @@ class AgentSide:
     def engine_id(self) -> str:
         """Return which engine this agent follows; "" before one said its name."""
         return self._engine_id
+
+    @property
+    def site(self) -> SiteMessage | None:
+        """Return the newest that its engine has told of the site; None before it has."""
+        return self._site
+
+    @property
+    def wants_site(self) -> bool:
+        """Return whether the wire should ask for the site: it has none of the engine that it follows."""
+        return self._site is None or self._site.engine_id != self._engine_id
 
     @property
     def epoch(self) -> int:
@@ -319,6 +331,14 @@ class AgentSide:
         self._unsure = ([], self._unsure[0])
         if was_cut_off:
             self._report_unheard()
+
+    def on_site(self, message: SiteMessage) -> None:
+        """Take what the engine tells of the site; what another one, or an earlier start of it, tells is ignored."""
+        known = self._site
+        if self._engine_id and message.engine_id not in ("", self._engine_id):
+            return
+        if known is None or known.engine_id != message.engine_id or message.epoch >= known.epoch:
+            self._site = message
 
     def excuse_silence(self) -> None:
         """Count silence from now on: the owner itself stood still and could not have heard."""
@@ -511,4 +531,5 @@ class AgentSide:
             epoch=self._epoch,
             epoch_ignored=self._ignored_epoch,
             engine_id=self._engine_id,
+            site=self._site.version if self._site is not None else "",
         )

@@ -20,6 +20,7 @@ from formiga_bt.transport.messages import (
     ClockBeat,
     GoalEvent,
     GoalRequest,
+    SiteMessage,
     TransportEvent,
     UpdateRequest,
 )
@@ -84,6 +85,15 @@ class Hearing(Protocol):
 
     def heard(self, agent: str) -> Micros:
         """Return when it last heard the agent, in wall time; 0 if it does not know."""
+        ...
+
+
+@runtime_checkable
+class TellsSite(Protocol):
+    """A wire that tells agents of the site: at each change, and whenever one connects."""
+
+    def publish_site(self, message: SiteMessage) -> None:
+        """Publish the site, and keep it for agents that connect later."""
         ...
 
 

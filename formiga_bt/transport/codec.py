@@ -27,6 +27,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     QueryReplied,
+    SiteMessage,
     TransportEvent,
     UpdateAnswered,
     UpdateReply,
@@ -258,6 +259,23 @@ def check_update(update: UpdateRequest) -> UpdateRequest:
     if not update.fields:
         raise WireError("an update without fields")
     return update
+
+
+def decode_site(raw: bytes) -> SiteMessage:
+    """Return a site message.
+
+    Raises:
+        WireError: it cannot be read, has no version, or a number beyond `MOST`.
+    """
+    message = decode(raw, SiteMessage)
+    if not message.version:
+        raise WireError("a site message without version")
+    points = [*message.fence, *message.ports.values(), *(one.at for one in message.stations.values())]
+    points += [corner for region in (*message.no_fly, *message.no_go) for corner in region]
+    numbers = [number for point in points for number in (point.east_m, point.north_m)]
+    if not are_within((*numbers, *message.transit_m, message.return_m or 0.0)):
+        raise WireError(f"a site message with a number beyond {MOST:g}")
+    return message
 
 
 def check_clock(beat: ClockBeat) -> ClockBeat:

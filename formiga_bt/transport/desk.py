@@ -31,6 +31,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     SendFailed,
+    SiteMessage,
     StatusArrived,
     TransportEvent,
     UpdateRequest,
@@ -120,6 +121,7 @@ class DeskTransport:
         self._lock = threading.RLock()
         self._people: dict[str, _Person] = {}
         self._inbox: deque[TransportEvent] = deque()
+        self._site: SiteMessage | None = None
 
     # People.
 
@@ -134,6 +136,8 @@ class DeskTransport:
                 raise TransportError(f"{person!r} is at the desk already")
             card = AgentCard(id=person, type=agent_type, boot_id=self._boot_id, actions=(CONFIRM,), mobility="people")
             one = self._people[person] = _Person(self, card, name or person, self._now)
+            if self._site is not None:
+                one.side.on_site(self._site)
             one.side.announce()
         self._wake()
 
@@ -227,6 +231,13 @@ class DeskTransport:
                 one.side.on_clock(beat)
                 one.side.publish_status()
         self._wake()
+
+    def publish_site(self, message: SiteMessage) -> None:
+        """Tell everyone of the site; it is the same for who comes later."""
+        with self._lock:
+            self._site = message
+            for one in self._people.values():
+                one.side.on_site(message)
 
     # The people's link; called with the lock held.
 

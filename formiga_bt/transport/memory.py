@@ -32,6 +32,7 @@ from formiga_bt.transport.codec import (
     check_status,
     decode,
     decode_card,
+    decode_site,
     encode,
     read_reply,
     serve_request,
@@ -50,6 +51,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     SendFailed,
+    SiteMessage,
     StatusArrived,
     TransportEvent,
     UpdateRequest,
@@ -110,7 +112,13 @@ class MemoryLink:
         assert side.card.id == self.agent, "the side has another id than the link"
         self.side = side
         self._hub.join(self)
+        self.hear_site()
         side.announce()
+
+    def hear_site(self) -> None:
+        """Ask for the site, as an agent does that connects: at once, it is asked for until it is heard."""
+        if self._hub.site is not None and self.side is not None and not (self.dead or self.frozen or self.is_cut):
+            self.side.on_site(self._hub.site)
 
     def close(self) -> None:
         """Leave: the engine sees AgentGone."""
@@ -168,6 +176,8 @@ class MemoryHub:
         self.scheduler = scheduler
         self.reply_timeout_us = reply_timeout_us
         self.transport = MemoryTransport(self)
+        self.site: SiteMessage | None = None
+        """What agents that connect are told of the site."""
         self.delay_us = delay_us
         """One-way delay of links that have none of their own."""
         self._lease_us = lease_us
@@ -218,6 +228,7 @@ class MemoryHub:
         if not link.seen:
             link.seen = True
             self.show(link)
+        link.hear_site()
         held, link.unsaid, link.held = [*link.unsaid, *link.held], [], []
         for call in held:
             call()
@@ -248,6 +259,7 @@ class MemoryHub:
         if link is None or not link.is_cut:
             return
         link.is_cut = False
+        link.hear_site()
         if not link.seen:
             link.seen = True
             self.show(link)
@@ -328,6 +340,12 @@ class MemoryHub:
         if ask is not None:
             link.asks = [*(old for old in link.asks if old.open), ask]
         self._send(agent, False, lambda: self._hear(link, call))
+
+    def tell_site(self, message: SiteMessage) -> None:
+        """Tell everyone of the site, and who connects later."""
+        self.site = decode_site(encode(message))
+        for link in self._links.values():
+            link.hear_site()
 
     def to_all(self, call: Callable[[AgentSide, MemoryLink], None]) -> None:
         """Deliver what the engine says to everyone; over a wire without faults that is one delivery, not one for each."""
@@ -437,6 +455,10 @@ class MemoryTransport:
     def publish_clock(self, beat: ClockBeat) -> None:
         """Send the clock to all agents."""
         self._hub.to_all(lambda side, _: side.on_clock(beat))
+
+    def publish_site(self, message: SiteMessage) -> None:
+        """Tell all agents of the site."""
+        self._hub.tell_site(message)
 
     def heard(self, agent: str) -> Micros:
         """Return when it last heard an agent that gives signs of life besides its statuses; else 0."""

@@ -16,7 +16,8 @@ from formiga_bt.transport.cards import WIRE, AgentCard, CardAction, CardField
 __all__ = [
     "TERMINAL", "WIRE", "AgentCard", "AgentError", "AgentEvent", "AgentGone", "AgentLinkState", "AgentSeen", "AgentStatus",
     "BadMessage", "CardAction", "CardField", "Clearance", "ClockBeat", "Control", "EventArrived", "GoalEvent", "GoalReported",
-    "GoalRequest", "GoalState", "Landed", "PreflightCheck", "QueryReplied", "SendFailed", "StatusArrived", "TransportEvent",
+    "GoalRequest", "GoalState", "Landed", "PreflightCheck", "QueryReplied", "SendFailed", "SiteBase", "SiteMessage",
+    "SitePoint", "SiteStation", "StatusArrived", "TransportEvent",
     "UpdateAnswered", "UpdateReply", "UpdateRequest", "to_wire",
 ]  # fmt: skip
 
@@ -121,6 +122,8 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     """The newest epoch that it ignored because it was out of bounds; 0 = none."""
     engine_id: str = ""
     """The engine that it follows; empty: none yet."""
+    site: str = ""
+    """The version of the site message that it has; empty: none yet."""
     last_goal: str = ""
     last_goal_state: str = ""
     """Last ended goal and its state: a lost result is found here."""
@@ -237,6 +240,54 @@ class ClockBeat(Struct, frozen=True, kw_only=True):
     epoch: int
     beat: int
     engine_id: str = ""
+
+
+class SitePoint(Struct, frozen=True):
+    """A point of the site's frame, metres."""
+
+    east_m: float
+    north_m: float
+
+
+class SiteBase(Struct, frozen=True):
+    """Where the site's frame begins: degrees WGS84, and the height of the ground there over the sea."""
+
+    lat: float
+    lng: float
+    ground_msl_m: float = 0.0
+
+
+class SiteStation(Struct, frozen=True, kw_only=True):
+    """A place of ground machines."""
+
+    at: SitePoint
+    heading_deg: float | None = None
+    charges: bool = False
+    kinds: tuple[str, ...] = ()
+    """Types that may use it; empty: all."""
+
+
+class SiteMessage(Struct, frozen=True, kw_only=True):
+    """What agents should know of the site, for when they must act by themselves."""
+
+    site: str
+    """The site's name."""
+    version: str
+    """Tells this content from any other; an agent says in its status which it has."""
+    engine_id: str = ""
+    epoch: int = 0
+    base: SiteBase
+    datum: Literal["local"] = "local"
+    """All heights count from the ground at the base."""
+    fence: tuple[SitePoint, ...] = ()
+    no_fly: tuple[tuple[SitePoint, ...], ...] = ()
+    no_go: tuple[tuple[SitePoint, ...], ...] = ()
+    transit_m: tuple[float, ...] = ()
+    """Heights at which machines cross."""
+    return_m: float | None = None
+    """The height of a way home of a machine's own."""
+    stations: dict[str, SiteStation] = {}
+    ports: dict[str, SitePoint] = {}
 
 
 # What a transport hands to the engine's inbox.

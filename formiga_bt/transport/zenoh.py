@@ -49,6 +49,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     SendFailed,
+    SiteMessage,
     StatusArrived,
     TransportEvent,
     UpdateRequest,
@@ -56,7 +57,9 @@ from formiga_bt.transport.messages import (
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
     DEFAULT_ENDPOINT,
+    ENGINE_KEY,
     LEASE_MS,
+    SITE_KEY,
     agent_key,
     check_name,
     close_session,
@@ -146,6 +149,7 @@ class ZenohTransport:
         self._peers: dict[str, _Peer] = {}
         self._actions: dict[str, str] = {}
         self._closed = True
+        self._site_raw = b""
 
     @property
     def endpoint(self) -> str:
@@ -177,7 +181,8 @@ class ZenohTransport:
                 session.declare_subscriber("*/*/event/*", on_network_thread(lambda s: self._take(_Raw("told", s)))),
                 session.declare_subscriber("*/*/card", on_network_thread(lambda s: self._take(_Raw("card", s)))),
                 session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
-                session.liveliness().declare_token("engine/alive"),
+                session.declare_queryable(SITE_KEY, on_network_thread(self._tell_site)),
+                session.liveliness().declare_token(ENGINE_KEY),
             ]
         except zenoh.ZError as error:
             self.close()
@@ -236,7 +241,21 @@ class ZenohTransport:
             if peer.present and peer.card is None:
                 self._ask_card(agent, peer)
 
+    def publish_site(self, message: SiteMessage) -> None:
+        """Publish the site, and answer with it whoever asks."""
+        self._site_raw = encode(message)
+        if self._session is not None:
+            drop = zenoh.CongestionControl.DROP  # whoever misses it asks
+            self._session.put(SITE_KEY, self._site_raw, congestion_control=drop, encoding="application/json")
+
     # On Zenoh's threads.
+
+    def _tell_site(self, query: Any) -> None:
+        with query:
+            if self._site_raw:
+                query.reply(SITE_KEY, self._site_raw, encoding="application/json")
+            else:
+                query.reply_err(b"the engine is not ready: ask again")
 
     def _take(self, item: _Raw | _Ask) -> None:
         if not self._closed:

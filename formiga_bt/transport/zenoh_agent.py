@@ -7,6 +7,7 @@ and replies leave from there too.
 
 import contextlib
 import queue
+import typing
 from collections.abc import Callable
 from typing import Any, Final, Literal
 
@@ -21,6 +22,7 @@ from formiga_bt.transport.codec import (
     check_clock,
     check_size,
     decode,
+    decode_site,
     encode,
     serve_request,
 )
@@ -28,7 +30,9 @@ from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Cl
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
     DEFAULT_ENDPOINT,
+    ENGINE_KEY,
     LEASE_MS,
+    SITE_KEY,
     agent_key,
     check_name,
     close_session,
@@ -38,7 +42,8 @@ from formiga_bt.transport.zenoh_session import (
 
 _JSON: Final = "application/json"
 
-_Item = tuple[Asked | Literal["clock"], Any]
+_What = Asked | Literal["clock", "site", "engine"]
+_Item = tuple[_What, Any]
 
 
 class ZenohAgentLink:
@@ -167,6 +172,8 @@ class ZenohAgentLink:
             session.declare_queryable(self._key("action", "*", "update"), self._into("update")),
             session.declare_queryable(self._key("goals"), self._into("query")),
             session.declare_subscriber(CLOCK_KEY, self._into("clock")),
+            session.declare_subscriber(SITE_KEY, self._into("site")),
+            session.liveliness().declare_subscriber(ENGINE_KEY, self._into("engine"), history=True),
         ]
 
     def _put(self, key: str, raw: bytes, congestion: Any) -> None:
@@ -177,21 +184,31 @@ class ZenohAgentLink:
         assert self._side is not None, "serve(side) comes first"
         return agent_key(self._side.card.type, self._side.card.id, *rest)
 
-    def _into(self, what: Asked | Literal["clock"]) -> Any:
+    def _into(self, what: _What) -> Any:
         def enqueue(item: Any) -> None:
             self._queue.put((what, item))
             self._wake()
 
         return on_network_thread(enqueue)
 
-    def _handle(self, what: Asked | Literal["clock"], item: Any) -> None:
+    def _ask_site(self) -> None:
+        """Ask the engine for the site; called at each connect, and with each beat until it has answered."""
+
+        def reply(answer: Any) -> None:
+            if answer.ok is not None:
+                self._queue.put(("site", answer.ok))
+                self._wake()
+
+        if self._session is not None:
+            with contextlib.suppress(zenoh.ZError):  # asked again with the next beat
+                self._session.get(SITE_KEY, on_network_thread(reply), timeout=1.0)
+
+    def _handle(self, what: _What, item: Any) -> None:
         side = self._side
         assert side is not None
-        if what == "clock":
-            if self._is_cut:
-                return
-            with contextlib.suppress(WireError):  # an engine of another version: its goals will tell
-                side.on_clock(check_clock(decode(item.payload.to_bytes(), ClockBeat)))
+        if what in ("clock", "site", "engine"):
+            if not self._is_cut:
+                self._hear(side, what, item)
             return
         with item as query:
             if self._is_cut:
@@ -201,11 +218,24 @@ class ZenohAgentLink:
             try:
                 check_size(len(payload) if payload is not None else 0)
                 raw = payload.to_bytes() if payload is not None else b""
-                query.reply(key.replace("*", "any"), serve_request(side, what, raw), encoding=_JSON)
+                asked = typing.cast(Asked, what)
+                query.reply(key.replace("*", "any"), serve_request(side, asked, raw), encoding=_JSON)
             except UnsentReplyError:
                 pass  # no reply: the engine must think it may have been carried out, and it was
             except WireError as error:
                 query.reply_err(str(error).encode())
+
+    def _hear(self, side: AgentSide, what: _What, item: Any) -> None:
+        with contextlib.suppress(WireError):  # an engine of another version: its goals will tell
+            if what == "clock":
+                side.on_clock(check_clock(decode(item.payload.to_bytes(), ClockBeat)))
+                if side.wants_site:
+                    self._ask_site()
+            elif what == "site":
+                check_size(len(item.payload))
+                side.on_site(decode_site(item.payload.to_bytes()))
+            elif item.kind == zenoh.SampleKind.PUT:
+                self._ask_site()
 
 
 class ZenohObserver:

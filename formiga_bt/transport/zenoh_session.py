@@ -22,6 +22,8 @@ LEASE_MS: Final = 3000
 CLOSE_S: Final = 2.0
 """`Session.close` has been seen to hang on a stuck link; it gets this long."""
 CLOCK_KEY: Final = "engine/clock"
+SITE_KEY: Final = "engine/site"
+ENGINE_KEY: Final = "engine/alive"
 
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 

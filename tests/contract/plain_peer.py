@@ -37,7 +37,7 @@ class Agent:
         self.last, self.seq, self.n = ("", ""), 0, 0
         self.unsure = [[], []]  # events since the newest beat, and since the one before
         self.calls, self.count, self.inbox = [], 0, queue.SimpleQueue()
-        self.is_cut, self.lose = False, False
+        self.is_cut, self.lose, self.site = False, False, None
         self.session = zenoh.open(zenoh.Config.from_json5(json.dumps({
             "mode": "peer", "namespace": site, "listen": {"endpoints": []},
             "connect": {"endpoints": [endpoint], "timeout_ms": -1, "exit_on_failure": False,
@@ -63,6 +63,8 @@ class Agent:
             self.session.declare_queryable(self.key("action/*/update"), hear("update")),
             self.session.declare_queryable(self.key("goals"), hear("query")),
             self.session.declare_subscriber("engine/clock", hear("clock")),
+            self.session.declare_subscriber("engine/site", hear("site")),
+            self.session.liveliness().declare_subscriber("engine/alive", hear("engine"), history=True),
         ]
         self.token = self.session.liveliness().declare_token(self.key("alive"))
 
@@ -95,9 +97,9 @@ class Agent:
                 heapq.heappop(self.calls)[2]()
 
     def handle(self, what, item):
-        if what == "clock":
+        if what in ("clock", "site", "engine"):
             if not self.is_cut:
-                self.on_clock(json.loads(item.payload.to_bytes()))
+                self.hear(what, item)
             return
         with item as query:
             if self.is_cut:
@@ -111,6 +113,27 @@ class Agent:
                 query.reply_err(str(error).encode())
                 return
             query.reply(str(query.key_expr).replace("*", "any"), json.dumps(answer))
+
+    def hear(self, what, item):
+        if what == "clock":
+            self.on_clock(json.loads(item.payload.to_bytes()))
+            if self.site is None or self.site["engine_id"] != self.engine:
+                self.ask_site()
+        elif what == "site":
+            site = json.loads(item.payload.to_bytes())
+            ours = not self.engine or site["engine_id"] in ("", self.engine)
+            old = self.site
+            if ours and (old is None or old["engine_id"] != site["engine_id"] or site["epoch"] >= old["epoch"]):
+                self.site = site
+        elif item.kind == zenoh.SampleKind.PUT:
+            self.ask_site()
+
+    def ask_site(self):
+        def reply(answer):
+            if answer.ok is not None:
+                self.inbox.put(("site", answer.ok))
+
+        self.session.get("engine/site", zenoh.handlers.Callback(reply, None, indirect=False), timeout=1.0)
 
     def tick(self):
         """Every 0.1 s: the status, and whether the engine was silent for too long (rule 9)."""
@@ -130,7 +153,8 @@ class Agent:
             "stamp": self.engine_now(),
             "status": "EXECUTING ACTION" if goal else "STANDBY", "task_id": goal.get("task_id", "None"),
             "action_name": goal.get("action", ""), "beat": self.beat, "epoch": self.epoch, "epoch_ignored": self.ignored,
-            "engine_id": self.engine, "last_goal": self.last[0], "last_goal_state": self.last[1],
+            "engine_id": self.engine,
+            "site": self.site["version"] if self.site else "", "last_goal": self.last[0], "last_goal_state": self.last[1],
         }  # fmt: skip
 
     def engine_now(self):

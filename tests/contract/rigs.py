@@ -19,7 +19,7 @@ import peer as scripted
 
 from formiga_bt.base.clock import SECOND, VirtualScheduler, micros
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.base import AgentTransport, TellsSite
 from formiga_bt.transport.memory import MemoryHub
 from formiga_bt.transport.messages import (
     AgentGone,
@@ -30,6 +30,9 @@ from formiga_bt.transport.messages import (
     GoalRequest,
     QueryReplied,
     SendFailed,
+    SiteBase,
+    SiteMessage,
+    SitePoint,
     StatusArrived,
     TransportEvent,
     UpdateAnswered,
@@ -96,6 +99,15 @@ class Rig(ABC):
         self.sent[goal_id] = GoalRequest(goal_id=goal_id, agent=agent, fields=fields, **more)
         self.transport.send_goal(self.sent[goal_id])
         return goal_id
+
+    def tell_site(self, **more: Any) -> SiteMessage:
+        message = SiteMessage(**{
+            "site": "hill", "version": "v1", "epoch": self.epoch, "base": SiteBase(66.5, 25.7, 120.0),
+            "fence": (SitePoint(0.0, 0.0), SitePoint(9.0, 0.0), SitePoint(9.0, 9.0)), "transit_m": (60.0,), **more,
+        })  # fmt: skip
+        assert isinstance(self.transport, TellsSite)
+        self.transport.publish_site(message)
+        return message
 
     def clock(self, *, beats: int = 1) -> None:
         self.beat += beats

@@ -10,6 +10,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     QueryReplied,
     SendFailed,
+    SitePoint,
     StatusArrived,
 )
 
@@ -193,6 +194,19 @@ def test_an_update_that_cannot_be_leaves_the_goal_as_it_is(rig: Rig) -> None:
     assert rig.query(agent, goal).goals[0].state == "accepted"
     rig.transport.cancel_goal(agent, goal)
     rig.reported(goal, "canceled")
+
+
+def test_an_agent_asks_for_the_site_when_it_connects_and_hears_of_each_change(rig: Rig) -> None:
+    rig.tell_site(version="v1")
+    agent = rig.new_peer()
+    rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.site == "v1")
+    rig.tell_site(version="v2", no_fly=((SitePoint(1.0, 1.0), SitePoint(2.0, 1.0), SitePoint(2.0, 2.0)),))
+    rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.site == "v2")
+    mark = len(rig.log)
+    rig.tell_site(version="v0", epoch=rig.epoch - 1)
+    rig.clock_until_heard(agent)
+    said = {e.status.site for e in rig.log[mark:] if isinstance(e, StatusArrived) and e.status.id == agent}
+    assert said == {"v2"}, "an earlier start of the engine told it"
 
 
 def test_a_query_tells_what_the_agent_knows(rig: Rig, peer: str) -> None:

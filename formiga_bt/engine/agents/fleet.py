@@ -34,6 +34,7 @@ from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Not
 from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, StatusTaken
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import CancelDue, GraceDue, LiveDue, StrayDue
+from formiga_bt.safety.site_message import with_site
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
 MOST_ID = 10**9
@@ -154,7 +155,7 @@ class Fleet:
             word=status.status,
             payload_kg=status.payload_kg,
             wind=_wind(status),
-            checks=status.checks,
+            checks=with_site(status.checks, status.site, core.site_version) if agent.flies else status.checks,
             heading_deg=status.heading_deg,
             speed_m_s=status.speed_m_s,
             floor=status.floor,
@@ -168,6 +169,7 @@ class Fleet:
             epoch=status.epoch,
             epoch_ignored=status.epoch_ignored,
             engine_id=status.engine_id,
+            site=status.site,
             heard_at=core.now,
             heard_wall=wall or agent.heard_wall,
             rebooted=agent.rebooted and not (status.landed == "airborne" and status.control == "engine"),

@@ -17,8 +17,8 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.engine.drivers.persist import Outcome, Persist, PersistAhead
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.transport.base import AgentTransport
-from formiga_bt.transport.messages import TERMINAL, ClockBeat, GoalRequest, TransportEvent, UpdateRequest
+from formiga_bt.transport.base import AgentTransport, TellsSite
+from formiga_bt.transport.messages import TERMINAL, ClockBeat, GoalRequest, SiteMessage, TransportEvent, UpdateRequest
 
 VARIABLE: Final = "FORMIGA_FAILPOINT"
 POINTS: Final[Mapping[str, str]] = {
@@ -219,6 +219,11 @@ class FailingWire:
         """Send other fields for a goal that runs, and perhaps die."""
         self._inner.send_update(update)
         self._failpoint.passing("after_send")
+
+    def publish_site(self, message: SiteMessage) -> None:
+        """Tell agents of the site, where the wire can."""
+        if isinstance(self._inner, TellsSite):
+            self._inner.publish_site(message)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock."""

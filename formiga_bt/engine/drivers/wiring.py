@@ -2,12 +2,16 @@
 
 from collections.abc import Callable, Sequence
 
+from msgspec.structs import replace
+
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.wires import missing
 from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.lang.model import Site
+from formiga_bt.safety.site_message import site_message
 from formiga_bt.transport import messages as msg
-from formiga_bt.transport.base import AgentTransport, Hearing
+from formiga_bt.transport.base import AgentTransport, Hearing, TellsSite
 
 
 def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros, of: AgentTransport | None = None) -> inp.Input:
@@ -89,6 +93,13 @@ class Switchboard:
         """Return when the wire that has an agent last heard it, where it knows that besides its statuses; else 0."""
         hearing = self._hearing.get(id(self._of.get(agent)))
         return hearing.heard(agent) if hearing is not None else 0
+
+    def publish_site(self, site: Site, epoch: int) -> None:
+        """Tell the agents of all wires of the site."""
+        message = replace(site_message(site), engine_id=self._engine_id, epoch=epoch)
+        for transport in self.transports:
+            if isinstance(transport, TellsSite):
+                transport.publish_site(message)
 
     def carry_out(self, effect: inp.Effect, beat: int) -> inp.EffectFailed | None:
         """Carry out one effect; an agent that no wire has is unreachable. Notices and alarms are the listeners'."""

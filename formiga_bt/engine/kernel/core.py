@@ -39,6 +39,7 @@ from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.rules import Rules, rules_of
+from formiga_bt.safety.site_message import site_message
 
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
 
@@ -83,6 +84,8 @@ class Core:
         report: Callable[[News], None],
     ) -> None:
         self.report = report
+        self.site_version = site_message(site).version
+        """Of what agents are told of the site."""
         """Reports what concerns a part that is built later (`engine.news`)."""
         self.site = site
         self.engine_id = ""

@@ -506,6 +506,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The newest epoch that it ignored because it is out of bounds."""
     engine_id: str = ""
     """The engine that it follows, as it says."""
+    site: str = ""
+    """The version of the site message that it has, as it says."""
     heard_at: Micros = 0
     """Engine time of arrival of the newest status."""
     heard_wall: Micros = 0

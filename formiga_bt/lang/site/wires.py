@@ -60,8 +60,8 @@ def _options(entry: Entry, kind: WireKind, mode: str, problems: Problems) -> Opt
         elif option.form == "flag" and option.name in keys:
             found[option.name] = keys.flag(option.name)
     for name, what, help_ in kind.check(found, mode) if kind.check is not None else ():
-        at = keys.get(name, entry)
-        problems.add("E008", at.key.mark if found.get(name, True) is True else at.value.mark, what, help_)
+        wrong = keys.get(name, entry)
+        problems.add("E008", wrong.key.mark if found.get(name, True) is True else wrong.value.mark, what, help_)
     return found
 
 

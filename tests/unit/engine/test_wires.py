@@ -9,7 +9,7 @@ from formiga_bt.engine.kernel.inputs import AgentSeenInput, Alarm, GoalEventInpu
 from formiga_bt.lang.model import Site
 from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, effects, packaged_world, task_of
 from formiga_bt.show.history.records import agent_fact
-from formiga_bt.transport.messages import GoalEvent
+from formiga_bt.transport.messages import GoalEvent, PreflightCheck
 
 SITE, CATALOGUE = packaged_world()
 REAL = replace(SITE, mode="real", pilots={"anna": 5})
@@ -109,3 +109,21 @@ def test_a_goal_that_may_not_be_repeated_is_sent_again_only_where_it_is_begun_on
     assert again == (0 if set(lacks) & {"goal_memory", "expiry"} else 1)
     if not again:
         assert made.task(task).outcome.code != "" or made.record("hwd_1").pool == "QUARANTINED"
+
+
+def test_what_flies_is_granted_only_with_the_site_as_it_is_where_checks_are_required() -> None:
+    made = Bench(replace(SITE, preflight=True), CATALOGUE, [FLY])
+    drone = made.agent("hwd_1", "hwd")
+    drone.say(checks=(PreflightCheck("gnss", True),))
+    made.run_for(1)
+    assert [(one.check, one.ok) for one in made.record("hwd_1").checks] == [("gnss", True), ("site", True)]
+    drone.side._site = None  # as one that never heard of it
+    drone.say(battery=90.0)
+    made.run_for(1)
+    task = made.submit("Try", {})
+    made.run_for(5)
+    assert made.task(task).status == "PENDING"
+    assert made.record("hwd_1").checks[-1].ok is False
+    made.driver.switchboard.publish_site(made.engine.core.site, 1)
+    made.run_for(5)
+    assert made.task(task).status == "ACTIVE"

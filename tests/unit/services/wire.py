@@ -19,6 +19,7 @@ from formiga_bt.transport.messages import (
     GoalReported,
     GoalRequest,
     QueryReplied,
+    SiteMessage,
     StatusArrived,
     TransportEvent,
 )
@@ -40,13 +41,14 @@ class Machine:
         self.goal: GoalRequest | None = None
         self.seq = 0
         self.epoch = 0
+        self.site = ""
 
     def status(self) -> AgentStatus:
         self.seq += 1
         return AgentStatus(
             id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
             landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq * MINUTE, boot_id=self.boot,
-            checks=self.checks, epoch=self.epoch,
+            checks=self.checks, epoch=self.epoch, site=self.site,
         )  # fmt: skip
 
     def finish(self) -> None:
@@ -73,12 +75,14 @@ class Wire:
         self.machines: dict[str, Machine] = {}
         self._inbox: deque[TransportEvent] = deque()
         self._lock = threading.RLock()
+        self._site = ""
         self._wake: Callable[[], None] = lambda: None
 
     def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", mobility: Mobility = "air") -> Machine:
         with self._lock:
             machine = self.machines[agent] = Machine(agent, kind, at, f"{agent}-{self.boot}")
             machine.control = control
+            machine.site = self._site
             actions = ("Confirm",) if mobility == "people" else ACTIONS
             card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=actions, mobility=mobility)
             self._inbox.append(AgentSeen(card))
@@ -111,6 +115,13 @@ class Wire:
         self._wake()
 
     # AgentTransport.
+
+    def publish_site(self, message: SiteMessage) -> None:
+        with self._lock:
+            self._site = message.version
+            for machine in self.machines.values():
+                machine.site = self._site
+
     def open(self, wake: Callable[[], None]) -> None:
         self._wake = wake
 

@@ -32,6 +32,10 @@ from formiga_bt.transport.messages import (
     GoalState,
     Landed,
     PreflightCheck,
+    SiteBase,
+    SiteMessage,
+    SitePoint,
+    SiteStation,
     UpdateReply,
     UpdateRequest,
     to_wire,
@@ -61,6 +65,7 @@ STATUS = AgentStatus(
     errors=(AgentError("lamp", "the lamp does not answer", "warning"),),
     fields={"parachute": True},
     engine_id="7c1e66f0",
+    site="9f0c2d41aa7be013",
     age_us=40_000,
     boot_id="hwd_1@65a1",
     seq=412,
@@ -128,6 +133,19 @@ EXAMPLES: dict[str, Struct] = {
     ),
     "ClockBeat": ClockBeat(
         wall_us=T0 + 500_000, engine_us=T0 + 12_000_000, speed=1.0, epoch=4, beat=731, engine_id="7c1e66f0"
+    ),
+    "SiteMessage": SiteMessage(
+        site="rovaniemi",
+        version="9f0c2d41aa7be013",
+        engine_id="7c1e66f0",
+        epoch=4,
+        base=SiteBase(66.5, 25.7, 120.0),
+        fence=(SitePoint(-500.0, -500.0), SitePoint(900.0, -500.0), SitePoint(200.0, 800.0)),
+        no_fly=((SitePoint(100.0, 0.0), SitePoint(150.0, 0.0), SitePoint(120.0, 40.0)),),
+        transit_m=(60.0, 75.0, 90.0),
+        return_m=90.0,
+        stations={"s1": SiteStation(at=SitePoint(4.0, 2.0), heading_deg=90.0, charges=True, kinds=("rover",))},
+        ports={"p1": SitePoint(0.0, 20.0)},
     ),
     "ConfirmFields": ConfirmFields(
         question="Is the crate loaded?",
