@@ -24,6 +24,7 @@ class Said:
     """A wire on which this comes in."""
 
     name = "said"
+    guarantees = ()
 
     def __init__(self) -> None:
         self.next: list[TransportEvent] = []
