@@ -19,6 +19,7 @@ from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks.whole import check_task
+from formiga_bt.lang.covered import covered_by_task
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.flow import Flow, NamedValue
@@ -146,10 +147,15 @@ def load_library_text(
     return Loaded(None, in_order(problems.found), dict(shelf.sources))
 
 
+def texts_of_bundle(sources: Mapping[str, str], file: str) -> list[str]:
+    """Return a task's text, and its imports in the order of reading."""
+    return [sources[file], *(text for name, text in sources.items() if name != file)]
+
+
 def bundle_hash(sources: Mapping[str, str], file: str, catalogue: Catalogue) -> str:
     """Return the SHA-256 (hex) of a task's text, its imports in the order of reading, and the catalogue."""
     digest = hashlib.sha256()
-    for text in (sources[file], *(text for name, text in sources.items() if name != file), catalogue.digest):
+    for text in (*texts_of_bundle(sources, file), catalogue.digest):
         data = text.encode("utf-8", "surrogatepass")
         digest.update(str(len(data)).encode() + b":" + data)
     return digest.hexdigest()
@@ -284,7 +290,7 @@ class _TaskReader:
         ordered = self.body.needs
         roles = {one: replace(role, actions=tuple(ordered.get(one, ()))) for one, role in parts.pop("roles").items()}
         mark = keys["task"].key.mark if "task" in keys else Mark(self.unit.file, 1, 1)
-        return Task(
+        task = Task(
             name,
             mark,
             parts.pop("steps", ()),
@@ -301,6 +307,8 @@ class _TaskReader:
             if (others := self.world.others) is not None
             else {},
         )
+        texts = texts_of_bundle(self.shelf.sources, self.unit.file)
+        return replace(task, covered=covered_by_task(task, texts, self.world.catalogue))
 
     def _options(self) -> dict[str, Any]:
         keys = self.unit.keys

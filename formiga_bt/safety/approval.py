@@ -23,12 +23,13 @@ Names = Mapping[str, str]
 
 
 def approval_digest(task: Task, site: Site) -> str:
-    """Return the SHA-256 (hex) over a task's bundle (its file, its imports, the catalogue) and its site file.
+    """Return the SHA-256 (hex) over what an approval of a task covers, of the task and of its site (`lang.covered`).
 
-    Any change of any of these files gives another digest, and so voids the approval.
+    It changes with the task's file and its imports, with the types and actions that the task and its machines' ways home use,
+    and with the site but for its people, agents and wires: any such change voids the approval.
     """
-    digest = hashlib.sha256(b"formiga approval 1\n")
-    for part in (task.bundle, site.digest):
+    digest = hashlib.sha256(b"formiga approval 2\n")
+    for part in (task.covered, site.covered):
         digest.update(f"{len(part)}:{part}\n".encode())
     return digest.hexdigest()
 

@@ -44,6 +44,8 @@ class Task(Struct, frozen=True):
     subtrees: Mapping[str, Subtree] = field(default_factory=dict)
     bundle: str = ""
     """SHA-256 (hex) of the task's file, its imports and the catalogue: what a run is pinned to."""
+    covered: str = ""
+    """SHA-256 (hex) of what a person's approval covers (`lang.covered`)."""
     files: tuple[str, ...] = ()
     requests: Mapping[str, str] = field(default_factory=dict)
     """Tasks that it requests -> their files."""

@@ -219,3 +219,6 @@ class Site(Struct, frozen=True):
     mode: Literal["simulation", "real"] = "simulation"
     file: str = ""
     digest: str = ""
+    """SHA-256 (hex) of the file, and of the heights that it names."""
+    covered: str = ""
+    """SHA-256 (hex) of what a person's approval of a task covers (`lang.covered`)."""

@@ -5,8 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
+from msgspec.structs import replace
+
 from formiga_bt.base.geo import Place
 from formiga_bt.base.heights import HeightGrid
+from formiga_bt.lang.covered import covered_by_site
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
 from formiga_bt.lang.model import AgentType, Port, Resource, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
@@ -86,7 +89,7 @@ class SiteReader(Points):
         )
         if not self.problems.has_errors():
             self._check(site)
-        return site
+        return replace(site, covered=covered_by_site(site))
 
     def _check(self, site: Site) -> None:
         types = machines(site, self.catalogue.types) if self.catalogue is not None else []
