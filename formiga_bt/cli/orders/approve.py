@@ -55,9 +55,10 @@ def command(
     """Approve a task for flights on a site in mode real: as it is now, with its imports, the catalogue and the site's fences.
 
     Shows what it may do, and asks to type the first 8 characters of the digest, and for the secret of NAME (formiga access
-    secret NAME; scripts: FORMIGA_SECRET, or the file that FORMIGA_SECRET_FILE names). Any change of the task, of the types
-    and actions that it uses, or of the site but for its agents and people, voids the approval. A task that lands away from its machine's home must be approved by another person than its requester; one that
-    a language model wrote also by another than who had it written.
+    secret NAME; scripts: FORMIGA_SECRET, or the file that FORMIGA_SECRET_FILE names). Any change of the task, of the types and
+    actions that it uses, or of the site but for its agents and people, voids the approval. A task that lands away from its
+    machine's home must be approved by another person than its requester; one that a language model wrote also by another than
+    who had it written.
     """
     if not site.exists():
         raise UnusableFile(f"there is no {site}", help="name the site's file: formiga approve ... --site FILE")

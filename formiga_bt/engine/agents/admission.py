@@ -7,7 +7,7 @@
 | `wire_version` | it speaks another version of the wire | its next card |
 | `datum` | its heights count from another ground than ours | its next card |
 | `wire_lacks` | the site is `real`, and its wire does not guarantee what that demands | it comes back on another wire |
-| `unlisted` | the site is `real` and does not list it | the engine is started anew |
+| `unlisted` | the site is `real` and does not list it | a person adds it to the fleet, or the engine is started anew |
 | `no_port` | no port is free for it | its next card |
 
 Asked at each card, and for each agent when the engine is started anew. A machine in use is let go only when it rests: what
@@ -139,28 +139,32 @@ class Admission:
 
     def read_anew(self) -> None:
         """The engine was started anew: who is admitted, and each machine's port, are as the site file says now."""
+        for agent in list(self._core.state.agents.values()):
+            self.judge_by_list(agent)
+
+    def judge_by_list(self, agent: AgentRecord) -> None:
+        """Who is listed, or where an agent's home is, may be otherwise now: judge it by that, and by its last card."""
         core = self._core
-        for agent in list(core.state.agents.values()):
-            datum = "other" if agent.refused == "datum" else "local"
-            version = 0 if agent.refused == "wire_version" else WIRE
-            less = bool(self.unaccepted(agent.wire, agent.lacks))
-            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum, version=version, less=less)
-            if agent.refused == "other_type" and refused in ("", "unlisted", "no_port"):
-                refused = "other_type"
-            used = not agent.refused and self.is_in_use(agent)
-            if used and refused == "unknown_type":
-                self._turn_away(agent, refused)
-                continue
-            stays = used and refused in ("unlisted", "no_port", "wire_lacks")
-            core.put_agent(
-                agent.id,
-                refused="" if stays else refused,
-                refused_at_rest=refused if stays and not agent.human else "",
-                home=home if stays or not refused else "",
-            )
-            if stays and not agent.human:
-                text = f"{agent.id} is in use and not admitted any more: {refused}; it can be stopped and comes home"
-                core.effect(Alarm("not_admitted", f"{text}, but gets no new task", agent.task, agent.id))
+        datum = "other" if agent.refused == "datum" else "local"
+        version = 0 if agent.refused == "wire_version" else WIRE
+        less = bool(self.unaccepted(agent.wire, agent.lacks))
+        refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum, version=version, less=less)
+        if agent.refused == "other_type" and refused in ("", "unlisted", "no_port"):
+            refused = "other_type"
+        used = not agent.refused and self.is_in_use(agent)
+        if used and refused == "unknown_type":
+            self._turn_away(agent, refused)
+            return
+        stays = used and refused in ("unlisted", "no_port", "wire_lacks")
+        core.put_agent(
+            agent.id,
+            refused="" if stays else refused,
+            refused_at_rest=refused if stays and not agent.human else "",
+            home=home if stays or not refused else "",
+        )
+        if stays and not agent.human:
+            text = f"{agent.id} is in use and not admitted any more: {refused}; it can be stopped and comes home"
+            core.effect(Alarm("not_admitted", f"{text}, but gets no new task", agent.task, agent.id))
 
     def let_go(self, agent_id: str) -> None:
         """A machine that is admitted no more rests, and nothing holds it: it is no longer ours."""
@@ -190,15 +194,15 @@ class Admission:
             less: its wire does not guarantee what the site demands.
         """
         core = self._core
-        kind, listed = core.catalogue.types.get(type_name), core.site.agents.get(agent_id)
+        kind, listed = core.catalogue.types.get(type_name), core.listed(agent_id)
         if kind is None:
             return "unknown_type", ""
         if not kind.flies:
             home = listed.home if listed is not None else ""
-        elif listed is not None:
+        elif listed is not None and (agent_id in core.site.agents or listed.home in core.site.ports):
             home = listed.home
-        elif home not in core.site.ports or home in [one.home for one in core.site.agents.values()]:
-            home = self._free_port(agent_id)
+        elif home not in core.site.ports or home in core.homes():
+            home = self.free_port(agent_id)
         if version != WIRE:
             return "wire_version", home
         if datum != "local":
@@ -214,10 +218,11 @@ class Admission:
         site = self._core.site
         return unaccepted(lacks, site.accept_missing.get(wire, ())) if lacks and site.mode == "real" else ()
 
-    def _free_port(self, agent_id: str) -> str:
-        agents, listed = self._core.state.agents.values(), self._core.site.agents.values()
-        taken = {agent.home for agent in agents if agent.id != agent_id} | {one.home for one in listed}
-        return next((name for name in self._core.site.ports if name not in taken), "")
+    def free_port(self, agent_id: str) -> str:
+        """Return a port that is no other agent's own; "" = none is left."""
+        core = self._core
+        taken = {agent.home for agent in core.state.agents.values() if agent.id != agent_id} | set(core.homes())
+        return next((name for name in core.site.ports if name not in taken), "")
 
     def known(self, card: AgentCard) -> tuple[str, ...]:
         """Return what an agent announces that its type has, and that does not contradict the catalogue."""

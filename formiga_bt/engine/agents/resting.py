@@ -25,7 +25,7 @@ def home_of(core: Core, agent: AgentRecord) -> Place | None:
         station = _station_of(core, agent)
         if station is not None:
             return station.at
-    listed = core.site.agents.get(agent.id)
+    listed = core.listed(agent.id)
     if agent.mobility == "fixed" and listed is not None and listed.at is not None:
         return listed.at
     return agent.position.ground if agent.position is not None else None

@@ -17,6 +17,7 @@ from formiga_bt.engine.kernel.records import (
     Deadline,
     GoalRecord,
     Lockdown,
+    Member,
     Question,
     Resuming,
     StandingOrder,
@@ -104,6 +105,13 @@ class DutyPut(Struct, frozen=True, tag=True):
 
     pilot: str
     since: Micros | None
+
+
+class MemberPut(Struct, frozen=True, tag=True):
+    """An agent was added to the fleet, or (None) is in it no more."""
+
+    agent: str
+    member: Member | None
 
 
 class DraftedPut(Struct, frozen=True, tag=True):
@@ -235,5 +243,5 @@ Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
-    | WakesPut
+    | WakesPut | MemberPut
 )  # fmt: skip

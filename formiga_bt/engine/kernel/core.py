@@ -34,7 +34,7 @@ from formiga_bt.engine.kernel.timers import (
     UpdateDue,
     WallTimer,
 )
-from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
+from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, SiteAgent, Task
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.airspace import Airspace
@@ -300,6 +300,18 @@ class Core:
         found = self.library.of(task)
         assert found is not None, f"the model of {task.id} ({task.name} {task.request.bundle[:8]}) was not added"
         return found
+
+    def listed(self, agent_id: str) -> SiteAgent | None:
+        """Return what the site file says of an agent, or the person who added it to the fleet; None = nobody lists it."""
+        listed = self.site.agents.get(agent_id)
+        member = self.state.members.get(agent_id)
+        return SiteAgent(agent_id, member.type, member.home) if listed is None and member is not None else listed
+
+    def homes(self) -> list[str]:
+        """Return the ports and stations that belong to listed agents."""
+        members = self.state.members.items()
+        added = [member.home for name, member in members if name not in self.site.agents]
+        return [agent.home for agent in self.site.agents.values()] + added
 
     def agent_type(self, agent: AgentRecord) -> AgentType:
         """Return the catalogue's entry for an agent; of one that is in it no more, a type that can do nothing."""

@@ -99,6 +99,26 @@ class Duty(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class AddAgent(Struct, frozen=True, tag=True):
+    """A person adds an agent to the fleet, as if the site file listed it; or gives a member another home."""
+
+    agent: str
+    kind: str = ""
+    """Its type; "" = as it announced itself."""
+    home: str = ""
+    """Its own port or station; "" = a free port for what flies, else none."""
+    by: str = ""
+    at: Micros = 0
+    """When, if that was at an earlier start of the engine; 0 = now."""
+
+
+class RemoveAgent(Struct, frozen=True, tag=True):
+    """A person takes an agent that was added out of the fleet."""
+
+    agent: str
+    by: str = ""
+
+
 class AgentSeenInput(Struct, frozen=True, tag="AgentSeen"):
     """An agent announced itself."""
 
@@ -271,9 +291,9 @@ class Behind(Struct, frozen=True, tag=True):
 
 
 Input = (
-    Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
-    | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput | BadStatusInput | TimerDue | WallDue
-    | EffectFailed | Started | JournalState | Resumed | Outage | Behind
+    Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | AgentSeenInput
+    | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
+    | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -99,11 +99,22 @@ class Lockdown(Struct, frozen=True):
 
 
 class Approval(Struct, frozen=True, kw_only=True):
-    """A person approved a task as it is: its tree, imports, catalogue and the site with its fences."""
+    """A person approved a task as it is: its texts, what it uses of the catalogue, and the site with its fences."""
 
     task: str
     by: str
     at: Micros
+
+
+class Member(Struct, frozen=True, kw_only=True):
+    """A person added this agent to the fleet: it is listed as those of the site file are."""
+
+    type: str
+    home: str = ""
+    """Its own port or station; "" = it has none."""
+    by: str = ""
+    at: Micros = 0
+    """When, engine time."""
 
 
 class Recovering(Struct, frozen=True):

@@ -21,6 +21,7 @@ from formiga_bt.engine.kernel.records import (
     Deadline,
     GoalRecord,
     Lockdown,
+    Member,
     Question,
     Resuming,
     StandingOrder,
@@ -66,6 +67,8 @@ class EngineState(Struct):
     """hash of a bundle and its site -> who approved it (`mode: real`)"""
     duty: dict[str, Micros] = field(default_factory=dict)
     """pilots on duty -> since when (`mode: real`)"""
+    members: dict[str, Member] = field(default_factory=dict)
+    """agents that people added to those of the site file"""
     drafted: dict[str, Drafted] = field(default_factory=dict)
     """bundle of a task that a model wrote -> who asked for it"""
     library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
@@ -173,6 +176,11 @@ def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> 
 def _duty(state: EngineState, board: Blackboard, change: ch.DutyPut) -> None:
     _set_or_drop(state.duty, change.pilot, change.since)
     board.touch("/site/duty")
+
+
+def _member(state: EngineState, board: Blackboard, change: ch.MemberPut) -> None:
+    _set_or_drop(state.members, change.agent, change.member)
+    board.touch("/site/members")
 
 
 def _drafted(state: EngineState, board: Blackboard, change: ch.DraftedPut) -> None:
@@ -293,6 +301,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.LockdownPut: _lockdown,
         ch.ApprovalPut: _approval,
         ch.DutyPut: _duty,
+        ch.MemberPut: _member,
         ch.DraftedPut: _drafted,
         ch.LibraryPut: _library,
         ch.ScopePut: _scope,

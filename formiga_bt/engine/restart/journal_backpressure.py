@@ -6,6 +6,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import (
+    AddAgent,
     Alarm,
     Approve,
     Duty,
@@ -56,7 +57,7 @@ def begins_something(given: Input) -> bool:
     All others act also then: they stop what is under way, or let it come to its end.
     """
     match given:
-        case Submit() | Serve() | Operator("restart") | LockdownOrder("release"):
+        case Submit() | Serve() | AddAgent() | Operator("restart") | LockdownOrder("release"):
             return True
         case Approve(revoke=revoke):
             return not revoke
