@@ -143,7 +143,7 @@ def having(text: str, *words: str) -> list[str]:
 
 def timeless(text: str) -> str:
     """Return what was said by the wall clock without its dates and its seconds and minutes."""
-    return re.sub(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?Z?|\b\d+(\.\d+)? (s|min)\b", "<time>", text)
+    return re.sub(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?Z?|\b\d+(\.\d+)? (s|min)\b( \d+ s\b)?", "<time>", text)
 
 
 def _lines(one: object) -> Iterable[str]:

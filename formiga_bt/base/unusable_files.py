@@ -91,6 +91,8 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "token": (_is_token, "a new token is made; callers from other machines need it"),
     SECRETS: (_is_secrets, "nobody has a secret any more: each sets a new one, formiga access secret NAME"),
     "approvals.jsonl": (_is_lines, "what it approved is not approved any more: approve anew"),
+    "fleet.jsonl": (_is_lines, "who was added to the fleet is known from the journal only: formiga agents add ID"),
+    "fleets.jsonl": (_is_lines, "fleets that were saved are gone: formiga agents save NAME"),
     "drafted.jsonl": (_is_lines, "which tasks a model wrote is known from their files and from the journal only"),
     "journal.at": (_is_text, "the journal is looked for in the runtime folder; name it: --journal FILE|URL"),
     "flights.jsonl": (_is_lines, "a new flight log begins"),

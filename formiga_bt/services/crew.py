@@ -7,7 +7,7 @@ outage of an engine with a journal; after a longer one (`resume_hold_after`) nob
 from collections.abc import Container, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError, TaskError
@@ -16,23 +16,15 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Approve, Duty, EngineStep, Input
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import Approval
-from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
 from formiga_bt.services.http.proving import Proofs
+from formiga_bt.services.order_taker import OrderTaker
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for
 from formiga_bt.show.facts import ApprovalFact, ApprovalList, DraftFact, PilotFact, PilotList, ServedFact
-
-
-class OrderTaker(Protocol):
-    """What is needed of the realtime driver."""
-
-    def ask(self, given: Input, timeout_s: float = 10.0) -> Accepted | Done:
-        """Hand in an order and wait for the reply."""
-        ...
 
 
 def standing(folder: Path) -> list[ApprovalFact]:

@@ -19,7 +19,7 @@ from formiga_bt import __version__
 from formiga_bt.base.clock import passed_us
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
-from formiga_bt.base.site_folder import APPROVALS, SiteFolder
+from formiga_bt.base.site_folder import APPROVALS, FLEET, SiteFolder
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
@@ -30,7 +30,7 @@ from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.services import beginning, crew
+from formiga_bt.services import beginning, crew, members
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
@@ -235,6 +235,7 @@ class EngineHost:
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue, self.proofs)
+        self.members = members.Members(self._folder.path, self.driver, self.view, self.site, self.proofs)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
@@ -267,6 +268,7 @@ class EngineHost:
         for version in self.loading.first():
             self.driver.ask(version)
         crew.restore(self._folder.path, self.driver)
+        members.restore(self._folder.path, self.driver)
         self._folder.keep_private()  # the journal's files are there now
         self._serve(sock, local, token)
         self.house.start()
@@ -308,6 +310,8 @@ class EngineHost:
     def _keep(self, step: EngineStep) -> None:
         for line in crew.lines_of(step):
             self._folder.add_line(APPROVALS, line)
+        for line in members.lines_of(step):
+            self._folder.add_line(FLEET, line)
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)

@@ -1,15 +1,17 @@
 """`formiga agents`: list machines and people.
 
 `agents clear ID` takes one back, `agents removed ID` says that a lost one was taken away; `agents handback ID` is short for
-`handback ID --end`.
+`handback ID --end`. Who belongs to the fleet: `cli.operator.members`.
 """
 
 import sys
 from typing import Annotated
 
 import typer
+from msgspec.structs import replace
 
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.operator import members
 from formiga_bt.cli.options import JsonOption, SiteOption, TokenFileOption, UrlOption, print_table
 from formiga_bt.cli.ordering import EXIT_NO
 from formiga_bt.cli.printing import print_json, show_next, user
@@ -18,13 +20,21 @@ from formiga_bt.show.facts import AgentFact, AgentList, OrderFact
 from formiga_bt.show.listed import where_words
 
 ORDERS = ("clear", "removed", "handback")
+FLEETS = "fleets"
+WORDS = (*ORDERS, *members.ORDERS, FLEETS)
 HEARD = {"ALIVE": "yes", "SUSPECT": "suspect", "LOST": "lost"}
 """Whether an agent is heard of."""
 
 
 def command(
-    order: Annotated[str, typer.Argument(help="clear, removed or handback; without it the agents are listed.")] = "",
-    agent: Annotated[str, typer.Argument(help="The agent of the order.", metavar="[ID]")] = "",
+    order: Annotated[
+        str, typer.Argument(help=f"{', '.join(WORDS)}; without it the agents are listed.", show_default=False)
+    ] = "",
+    agent: Annotated[str, typer.Argument(help="The agent of the order, or the name of a fleet.", metavar="[ID]")] = "",
+    unknown: Annotated[bool, typer.Option("--unknown", help="List only those that are not admitted, and why.")] = False,
+    kind: Annotated[str, typer.Option("--type", help="With add: its type, if it has not announced itself yet.")] = "",
+    home: Annotated[str, typer.Option("--home", help="With add: its own port or station.", metavar="NAME")] = "",
+    by: Annotated[str, typer.Option("--by", help="Who says so; in mode real an approver.", metavar="NAME")] = "",
     yes_removed: Annotated[
         str,
         typer.Option(
@@ -36,18 +46,31 @@ def command(
     url: UrlOption = "",
     token_file: TokenFileOption = None,
 ) -> None:
-    """List machines and people, or say what became of one.
+    """List machines and people, say what became of one, or who belongs to the fleet.
 
     clear: you have looked at a machine that is quarantined, or was started anew, and trust it again; it comes home if it may be
     airborne.
     removed: you have taken away a machine that counts as lost; others may fly and land where it was. You type its name.
     handback: short for formiga handback ID --end. Example: formiga agents clear hwd_1
+
+    add: it belongs to the fleet, as if the site file listed it: no approval of a task ends. In mode real an approver says so,
+    with their secret. remove: it does no more. save, load: keep that fleet under a name, and add all of it; fleets lists them.
     """
-    if order and (order not in ORDERS or not agent):
-        raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(f'formiga agents {o} ID' for o in ORDERS)}")
+    if order and (order not in WORDS or not (agent or order == FLEETS)):
+        known = [f"formiga agents {one}{'' if one == FLEETS else ' ID'}" for one in WORDS]
+        raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(known)}")
+    if (kind or home) and order != "add":
+        raise UnusableFile("--type and --home belong to `formiga agents add ID`")
     if yes_removed and order != "removed":
         raise UnusableFile("--yes-removed belongs to `formiga agents removed ID`")
     client = connect(site, url, token_file)
+    if order == FLEETS:
+        members.show_fleets(client, as_json=as_json)
+        return
+    if order in members.ORDERS:
+        more = {"type": kind, "home": home} if order == "add" else {}
+        members.order(client, order, agent, {"by": by or user(), **more}, as_json=as_json)
+        return
     if order:
         match order:
             case "removed":
@@ -63,8 +86,13 @@ def command(
         show_next("formiga agents", "formiga tasks")
         return
     found = client.agents()
+    if unknown:
+        found = replace(found, agents=tuple(one for one in found.agents if one.refused))
     if as_json:
         print_json(found)
+        return
+    if unknown and not found.agents:
+        typer.echo("every agent that announced itself is admitted")
         return
     if not found.agents:
         typer.echo(f"no agents yet; they connect at {client.address.endpoint}")
@@ -108,7 +136,8 @@ def _suggestions(found: AgentList) -> list[str]:
     locked = ["formiga lockdown release"] if found.lockdown.on else []
     if locked:
         ways = []
-    return list(dict.fromkeys([*locked, *back, *bad, *ways])) or ["formiga run TASK --follow"]
+    new = [f"formiga agents add {a.id}" for a in found.agents if a.refused == "unlisted"]
+    return list(dict.fromkeys([*locked, *back, *bad, *ways, *new])) or ["formiga run TASK --follow"]
 
 
 def _value(value: object) -> str:

@@ -10,6 +10,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import AddAgent, RemoveAgent
 from formiga_bt.engine.kernel.records import Member
 from formiga_bt.lang.model import AgentType
+from formiga_bt.lang.site.keys import APPROVERS
 
 
 class Membership:
@@ -23,15 +24,26 @@ class Membership:
         """Add an agent, or remove one.
 
         Raises:
-            TaskError: `in_site_file`, `unknown_agent`, `unknown_type`, `other_type`, `unknown_home`, `home_taken`, `no_port`,
+            TaskError: `in_site_file`, `not_approver`, `unknown_agent`, `unknown_type`, `other_type`, `unknown_home`,
+                `home_taken`, `no_port`,
                 `in_use`, `not_member`.
         """
         if given.agent in self._core.site.agents:
             raise TaskError("in_site_file", f"{given.agent} stands in the site file: change it there")
-        if isinstance(given, AddAgent):
-            self._add(given)
-        else:
+        if isinstance(given, RemoveAgent):
+            self._check(given.by)
             self._remove(given)
+        else:
+            if not given.at:
+                self._check(given.by)
+            self._add(given)
+
+    def _check(self, by: str) -> None:
+        site = self._core.site
+        approvers = site.people.get(APPROVERS, ())
+        if site.mode == "real" and by not in approvers:
+            known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
+            raise TaskError("not_approver", f"{by or 'somebody'} is no approver of {site.name}; it has {known}")
 
     def _add(self, given: AddAgent) -> None:
         core = self._core

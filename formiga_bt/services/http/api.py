@@ -22,11 +22,20 @@ from formiga_bt.base.clock import Micros, micros
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.feed import Feed, FeedEvent
 from formiga_bt.services.http import bodies as b
-from formiga_bt.services.http import crew_routes, library_routes, openapi, order_routes, past_routes, seeing_routes
+from formiga_bt.services.http import (
+    crew_routes,
+    fleet_routes,
+    library_routes,
+    openapi,
+    order_routes,
+    past_routes,
+    seeing_routes,
+)
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.routes import REF, FactRoutes
 from formiga_bt.services.loading import Loading
+from formiga_bt.services.members import Members
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import ServiceOrders, Waits
 from formiga_bt.services.refused import Refused
@@ -39,6 +48,9 @@ STATUS: Final = {
     "unknown_target": 404,
     "unknown_pilot": 404,
     "unknown_event": 404,
+    "unknown_fleet": 404,
+    "unknown_type": 422,
+    "unknown_home": 422,
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
@@ -78,6 +90,7 @@ class Host(Protocol):
 
     orders: ServiceOrders
     crew: Crew
+    members: Members
     loading: Loading
     source: Source
     past: past_routes.PastReader
@@ -141,6 +154,7 @@ def application(host: Host) -> FastAPI:
     _agents(routes, host.orders)
     order_routes.add(routes, host.orders.stops)
     crew_routes.add(routes, host.crew)
+    fleet_routes.add(routes, host.members)
     seeing_routes.add(routes, host.source)
     past_routes.add(routes, host.past)
     _people(routes, host.orders)

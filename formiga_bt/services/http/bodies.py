@@ -111,6 +111,15 @@ class RemovedBody(ByBody):
     confirmed: Name = ""
 
 
+class MemberBody(ByBody):
+    """Add an agent to the fleet."""
+
+    type: Name = ""
+    """Empty: as it announced itself."""
+    home: Name = ""
+    """Its own port or station; empty: a free port for what flies."""
+
+
 class AnswerBody(RequestBody):
     """An answer to a question; `by` is the person's agent id, needed if several people of this desk are asked."""
 

@@ -5,6 +5,7 @@ here, and travels as JSON (facts that come in thousands leave out fields that ha
 microseconds (`Micros`), places metres east, north and up of the base station, angles degrees, percent 0..100.
 """
 
+from formiga_bt.show.facts.fleet import FleetFact, FleetList, FleetLoaded, MemberFact
 from formiga_bt.show.facts.history import (
     BlackboardFact,
     Chart,
@@ -72,11 +73,11 @@ from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepSta
 
 __all__ = [
     "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box", "Chart",
-    "CheckFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileSpot",
-    "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "Now",
-    "OrderDone", "OrderFact", "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList",
-    "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList", "ResourceFact", "RunningStep", "ServedFact",
-    "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan",
-    "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track",
-    "VersionFact", "Waiting",
+    "CheckFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact",
+    "FileSpot", "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
+    "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact",
+    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList",
+    "ResourceFact", "RunningStep", "ServedFact", "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus",
+    "Style", "StyledSpan", "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline",
+    "Top", "Track", "VersionFact", "Waiting",
 ]  # fmt: skip

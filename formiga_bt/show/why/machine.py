@@ -13,7 +13,7 @@ from formiga_bt.show.why.going_on import HANDBACK, ways_on_of
 from formiga_bt.show.why.scene import WhyScene, deeper
 from formiga_bt.show.why.standing import doing, given, lockdown_text, not_heard
 from formiga_bt.show.why.stopped import breach
-from formiga_bt.show.why.words import not_ready, quarantine_hint
+from formiga_bt.show.why.words import VERDICT_HINTS, not_ready, quarantine_hint
 
 LAYS_DOWN = ("engine", "lockdown")
 """Scopes of orders that end by themselves, or with lockdown."""
@@ -43,7 +43,7 @@ def why_machine(scene: WhyScene, agent: AgentRecord) -> list[Because]:
 def _reach(agent: AgentRecord, scene: WhyScene) -> Iterator[Because]:
     """Tell whether it can be commanded at all."""
     if agent.refused:
-        hint = "list it in site.yaml under agents, with a port as its home"
+        hint = f"formiga agents add {agent.id}" if agent.refused == "unlisted" else VERDICT_HINTS["not_admitted"]
         yield Because("not_admitted", f"{agent.id} is not admitted: {agent.refused}", hint)
     if agent.liveness != "ALIVE":
         lost = agent.liveness == "LOST"

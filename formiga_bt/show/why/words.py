@@ -39,7 +39,7 @@ DOUBLE: Final = "double"
 VERDICT_HINTS: Final[Mapping[str, str]] = {
     "quarantined": "look at the machine, then: formiga agents clear {agent}",
     "parked_away": "bring it home: formiga return {agent}",
-    "not_admitted": "list it in site.yaml under agents, with a port as its home",
+    "not_admitted": "formiga agents add ID, or list it in site.yaml under agents, with a port as its home",
     "not_alive": "is its process running, and connected to this engine?",
     "control": "its pilot must give it back, then: formiga handback {agent} --continue|--return|--end",
     "ordered": "formiga continue {agent}",

@@ -115,7 +115,7 @@ def test_only_approvers_approve(wording: Wording) -> None:
 
 def test_an_approval_is_for_this_version_on_this_site_only(wording: Wording) -> None:
     field = Field()
-    other = replace(field.models["Hop"], bundle="changed by one letter")
+    other = replace(field.models["Hop"], covered="changed by one letter")
     field.ask(Approve(approval_digest(other, field.site), "Hop", "ann"))
     with pytest.raises(TaskError) as refused:
         field.submit("Hop")

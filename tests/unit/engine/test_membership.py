@@ -91,14 +91,17 @@ def test_a_removed_agent_is_let_go_when_it_rests() -> None:
 @pytest.mark.parametrize(
     ("given", "code"),
     [
-        (AddAgent("lwd_1"), "in_site_file"),
-        (RemoveAgent("lwd_1"), "in_site_file"),
-        (AddAgent("nobody"), "unknown_agent"),
-        (AddAgent("new", kind="blimp"), "unknown_type"),
-        (AddAgent("new", kind="lwd", home="moon"), "unknown_home"),
-        (AddAgent("new", kind="lwd", home="s1"), "home_taken"),
-        (AddAgent("lwd_9", kind="hwd"), "other_type"),
-        (RemoveAgent("lwd_9"), "not_member"),
+        (AddAgent("lwd_9"), "not_approver"),
+        (AddAgent("lwd_9", by="eve"), "not_approver"),
+        (RemoveAgent("lwd_9", by="eve"), "not_approver"),
+        (AddAgent("lwd_1", by="ann"), "in_site_file"),
+        (RemoveAgent("lwd_1", by="ann"), "in_site_file"),
+        (AddAgent("nobody", by="ann"), "unknown_agent"),
+        (AddAgent("new", kind="blimp", by="ann"), "unknown_type"),
+        (AddAgent("new", kind="lwd", home="moon", by="ann"), "unknown_home"),
+        (AddAgent("new", kind="lwd", home="s1", by="ann"), "home_taken"),
+        (AddAgent("lwd_9", kind="hwd", by="ann"), "other_type"),
+        (RemoveAgent("lwd_9", by="ann"), "not_member"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_reason(given: AddAgent | RemoveAgent, code: str) -> None:
@@ -114,8 +117,8 @@ def test_what_cannot_be_is_refused_with_its_reason(given: AddAgent | RemoveAgent
 
 def test_no_port_is_given_twice() -> None:
     bench = field()
-    bench.ask(AddAgent("lwd_8", kind="lwd", home="spare"))
-    for given in (AddAgent("lwd_9", kind="lwd", home="spare"), AddAgent("lwd_9", kind="lwd")):
+    bench.ask(AddAgent("lwd_8", kind="lwd", home="spare", by="ann"))
+    for given in (AddAgent("lwd_9", kind="lwd", home="spare", by="ann"), AddAgent("lwd_9", kind="lwd", by="ann")):
         with pytest.raises(TaskError) as told:
             bench.ask(given)
         assert told.value.code in ("home_taken", "no_port")

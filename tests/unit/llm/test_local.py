@@ -41,7 +41,7 @@ class CommonAdapterLoraInfo:
 
 class Server:
     def __init__(self, params):
-        print("words of the library")
+        print("words of the library", flush=True)
         if "broken" in params.model.path:
             print("0.1 E cannot read the tensors", file=sys.stderr)
             sys.exit(3)

@@ -72,6 +72,7 @@ def left(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = beside / ".formiga" / "meadow"
     for name, text in {
         "exact": "", "engine.json": "{}", "approvals.jsonl": '{"digest": "a", "by": "x"}\n', "drafted.jsonl": "{}\n",
+        "fleet.jsonl": "{}\n", "fleets.jsonl": "{}\n",
         "flights.jsonl": "", "flying.json": "{}", "resuming.json": "{}",
     }.items():  # fmt: skip
         if not (folder / name).exists():

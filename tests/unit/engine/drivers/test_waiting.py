@@ -90,11 +90,13 @@ def test_an_order_is_dropped_with_its_caller_and_a_stop_is_not(engine: WatchedEn
     caller, codes = Caller(since_boot()), []
 
     def give(given: inp.Input) -> None:
-        CALLER.set(caller)
+        before = CALLER.set(caller)
         try:
             driver.ask(given, timeout_s=10.0)
         except TaskError as error:
             codes.append(error.code)
+        finally:
+            CALLER.reset(before)
 
     orders: list[inp.Input] = [MOVE, inp.Operator("continue"), inp.Operator("land"), inp.LockdownOrder("hold")]
     threads = [threading.Thread(target=give, args=(one,)) for one in orders]
