@@ -74,7 +74,7 @@ def build_body(
 ) -> Body:
     """Return the body of an agent; `state` is how it was found, else it begins as the spec says.
 
-    `sight` is what a picker's tracker knows of drones.
+    `sight` is where drones fly: what a person may see.
 
     Raises:
         ValueError: the spec is wrong (type, limits, script, charge).

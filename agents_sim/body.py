@@ -32,7 +32,7 @@ class Setup(Struct, frozen=True, kw_only=True):
     state: BodyState | PersonState | None = None
     """How it was found; None = it begins as the spec says."""
     sight: Sight = sees_nothing
-    """What a tracker knows of drones."""
+    """Where drones fly: what a person may see."""
 
 
 class Body:

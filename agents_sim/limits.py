@@ -1,4 +1,4 @@
-"""What simulated drones and people can do: speeds, charge, what a tracker sees; per type, overridable per agent.
+"""What simulated drones and people can do: speeds, charge, how far they see; per type, overridable per agent.
 
 A drone's numbers go out on its card under these names. The defaults give 25 to 30 minutes of flight.
 """
@@ -82,15 +82,21 @@ class DroneLimits(MachineLimits, frozen=True, kw_only=True):
 
 
 class PersonLimits(Limits, frozen=True, kw_only=True):
-    """How a person walks, and how well the tracker they carry works (`finder.Finder`)."""
+    """How a person walks and follows a drone, and how well the tracker they carry works (`finder`, `following`)."""
 
     calls: ClassVar[Mapping[str, str]] = MappingProxyType({"speed_m_s": "walk_m_s"})
 
     walk_m_s: float = 1.4
+    sight_m: float = 80.0
+    """A drone farther away, over ground, is out of sight."""
+    reaction_s: float = 4.0
+    """From when they see the drone, or see it move on, to when they walk."""
     finder_range_m: float = 20.0
-    """A drone at most this far away, over ground, is in range."""
+    """At most this far from the base they are in range."""
     fix_error_m: float = 30.0
     """How far off the first fix of a search is; each further one is half as far off."""
+    fix_floor_m: float = 3.0
+    """How far off a fix is at best."""
     fix_takes_s: float = 2.0
 
 

@@ -2,7 +2,8 @@
 
 A question is a Confirm goal with the fields question, options, note, number, expires_us, if_no_answer; its result is
 `{answer, by, at}`. Without a fitting rule a person says yes: `clear` to a clearance, else the first option that agrees.
-A person walks in steps of a second of engine time. A picker answers MiniFinder too (`finder`).
+A person walks in steps of a second of engine time. A picker answers MiniFinder too (`finder`), and then walks after the drone
+that guides them (`following`).
 
 Called from one thread, like every `AgentBody`.
 """
@@ -14,6 +15,7 @@ from msgspec import Struct
 
 from agents_sim.body import Body, Setup
 from agents_sim.finder import Finder
+from agents_sim.following import Follower
 from agents_sim.kinds import Outcome, SimAction, lasts_us
 from agents_sim.limits import PersonLimits
 from agents_sim.motion import BadFieldError, PersonState, read_place
@@ -103,7 +105,8 @@ class Person(Body):
         self._given: list[int] = [0] * len(self._rules)
         self._recorder = setup.recorder
         self._answers: dict[str, Timer] = {}
-        self._finder = Finder(self.agent, self.limits, setup.sight)
+        self._finder = Finder(self.agent, self.limits)
+        self._follower = Follower(self.limits, setup.sight)
         self._frame = Frame(*spec.base) if spec.base is not None else None
         self._seed = spec.seed
         self._place = spec.at if isinstance(spec.at, Place) else spec.at.ground
@@ -131,7 +134,7 @@ class Person(Body):
     def start(self, request: GoalRequest) -> str:
         """Hear a question and think about it; let the tracker find where it is."""
         if request.action == MINI_FINDER:
-            return self._later(request, micros(self.limits.fix_takes_s), self._finder_answers)
+            return self._find(request)
         if request.action != CONFIRM:
             return self._do(request)
         question = str(request.fields.get("question", ""))
@@ -158,8 +161,9 @@ class Person(Body):
             timer.cancel()
         self._answers.clear()
 
-    def shift(self, by: Micros) -> None:  # noqa: ARG002  (a body's)
+    def shift(self, by: Micros) -> None:
         """Follow a jump of engine time: note again, in the new time, where the person stands."""
+        self._follower.shift(by)
         self._recorder.person_at(self.agent, self.scheduler.now(), self._place)
 
     def _do(self, request: GoalRequest) -> str:
@@ -197,8 +201,23 @@ class Person(Body):
         self._answers[request.goal_id] = self.scheduler.call_at(at, end)
         return ""
 
-    def _finder_answers(self, request: GoalRequest) -> dict[str, Any]:
-        return self._finder.answer(self._place, request.task_id)
+    def _find(self, request: GoalRequest) -> str:
+        """Let the tracker answer after a while, then look out for the drone."""
+        try:
+            base = read_place(request.fields.get("base"))
+        except BadFieldError:
+            return "bad_field"
+
+        def found(_: GoalRequest) -> dict[str, Any]:
+            answer = self._finder.answer(self._place, base, request.task_id)
+            if answer["in_range"]:
+                self._follower.arrive()
+            else:
+                self._follower.guide(read_place(answer["go_to"]), self.scheduler.now())
+                self._go()
+            return answer
+
+        return self._later(request, micros(self.limits.fix_takes_s), found)
 
     def _choose(self, question: str, options: list[str]) -> tuple[str | None, Micros]:
         """Return the answer (None: never) and how long it takes."""
@@ -222,28 +241,38 @@ class Person(Body):
             self.side.finish(goal_id, "succeeded", result=result)
 
     def _go(self) -> None:
-        if self._walk and not self._walks:
+        now = self.scheduler.now()
+        if not self._walks and (self._walk or self._follower.is_guided(now)):
             self._walks = True
-            self.scheduler.call_at(self.scheduler.now() + STEP_US, self._step)
+            self.scheduler.call_at(now + STEP_US, self._step)
 
     def _step(self) -> None:
-        """Walk for one second, then again, until the way ends."""
+        """Walk for one second, then again, until the way ends and nobody guides them."""
+        to = self._follower.look(self._place, self.scheduler.now())
+        if self._follower.sees:
+            self._walk.clear()
+        here = self._walked([to] if to is not None else self._walk)
+        if here != self._place:
+            self.stand_at(here)
+        self._walks = False
+        self._go()
+
+    def _walked(self, way: list[Place]) -> Place:
+        """Return where one second of walking leads; takes the points that are passed off the way."""
         left_m = self.limits.walk_m_s * STEP_US / SECOND
         here = self._place
-        while self._walk and left_m > 0.0:
-            to = self._walk[0]
+        while way and left_m > 0.0:
+            to = way[0]
             leg_m = horizontal_m(here, to)
             if leg_m <= left_m:
-                here, left_m = self._walk.pop(0), left_m - leg_m
+                here, left_m = way.pop(0), left_m - leg_m
                 continue
             share, left_m = left_m / leg_m, 0.0
             here = Place(
                 mm(here.east_m + share * (to.east_m - here.east_m)),
                 mm(here.north_m + share * (to.north_m - here.north_m)),
             )
-        self.stand_at(here)
-        self._walks = False
-        self._go()
+        return here
 
     def status(self) -> dict[str, Any]:
         """Return what the tracker says of the person."""

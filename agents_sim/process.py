@@ -64,7 +64,8 @@ class Radar:
                 self._newest[note.agent] = note
 
     def flying(self) -> dict[str, Position]:
-        """Return where the drones in the air are."""
+        """Return where the drones in the air are, as far as it was heard."""
+        self.listen()
         now = self._now()
         return {agent: note.segment.at(now) for agent, note in self._newest.items() if note.kind != "rest"}
 

@@ -16,7 +16,7 @@ MISSIONS = {
     "ExploreRegion": ["region=lake"],
     "PickUp": ["target=north_field", "user=picker_1"],
     "WatchDogSOS": ["alarmtype=sos", "target=lake_shore"],
-    "WatchDogRequest": ["alarmtype=lost", "target=east_field", "username=picker_2"],
+    "WatchDogRequest": ["alarmtype=lost", "target=north_field", "username=picker_2"],
     "Circle": ["center=north_field", "radius=30 m", "points=12"],
     "Triangle": ["corner=north_field", "leg=60 m"],
     "ZigZag": ["start=south_field", "end=lake_shore", "amplitude=30 m"],

@@ -56,7 +56,7 @@ _FAMILIES: Final = (
     ("explore", "search", "region", "area", "all"),
     ("wait", "waits", "hover", "hovers", "stay", "seconds", "minute", "minutes"),
     ("home", "back", "return", "returns", "base"),
-    ("follow", "follows", "track", "tracker"),
+    ("follow", "follows", "guide", "guides", "track", "tracker"),
     ("if", "unless", "whether"),
     ("drone", "drones", "uav"),
 )

@@ -1,6 +1,7 @@
-"""Faults played by simulated agents that are processes, a picker's tracker that hears drones, and their referee."""
+"""Faults played by simulated agents that are processes, a picker who sees drones, and their referee."""
 
 import time
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -101,21 +102,29 @@ def test_wind_charge_and_checks_reach_a_process(engine: Engine, tmp_path: Path) 
         assert [(check.check, check.text) for check in status.checks if not check.ok] == [("storage", "full")]
 
 
-def test_a_tracker_in_another_process_knows_which_drone_is_near(engine: Engine, tmp_path: Path) -> None:
+def test_a_picker_in_another_process_follows_the_drone_that_guides_them(engine: Engine, tmp_path: Path) -> None:
+    limits = {"reaction_s": 0.0, "walk_m_s": 10.0, "fix_error_m": 0.0}
     specs = [
-        AgentSpec(id="hwd_1", type="hwd", at=Position(0.0, 0.0, 60.0)),
-        AgentSpec(id="picker_1", type="picker", at=Place(200.0, 0.0)),
+        AgentSpec(id="hwd_1", type="hwd", at=Position(240.0, 0.0, 60.0)),
+        AgentSpec(id="picker_1", type="picker", at=Place(200.0, 0.0), limits=limits),
     ]
+    base = {"east_m": 160.0, "north_m": 0.0}
     with FleetProcesses(specs, site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path) as fleet:
         engine.wait(lambda: len(set(engine.boots())) == 2)
         engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
-        engine.order("far", "MiniFinder", agent="picker_1", base={"east_m": 0.0, "north_m": 0.0})
+        engine.order("far", "MiniFinder", agent="picker_1", base=base)
         engine.wait(lambda: engine.has_ended("far"))
-        answer = engine.events("far")[-1].result
-        assert answer["in_range"] is False
-        engine.order("leg", "GoTo", to={"east_m": 190.0, "north_m": 0.0, "up_m": 60.0})
+        assert engine.events("far")[-1].result == {"in_range": False, "go_to": base}
+        engine.order("leg", "GoTo", to={**base, "up_m": 60.0})
         engine.wait(lambda: engine.has_ended("leg"))
-        engine.order("near", "MiniFinder", agent="picker_1", base={"east_m": 0.0, "north_m": 0.0})
-        engine.wait(lambda: engine.has_ended("near"))
-        assert engine.events("near")[-1].result["in_range"] is True
+
+        numbers = count()
+
+        def arrived() -> bool:
+            asked = f"near-{next(numbers)}"
+            engine.order(asked, "MiniFinder", agent="picker_1", base=base)
+            engine.wait(lambda: engine.has_ended(asked))
+            return bool(engine.events(asked)[-1].result["in_range"])
+
+        engine.wait(arrived)
     assert set(fleet.ended().values()) == {0}

@@ -258,6 +258,8 @@ CODE = {
     ("Delivery", "spacing"): 1.0,
     ("Delivery", "return_second"): True,
 }
+NEAREST = {("WatchDogSOS", "height"): 120.0, ("WatchDogRequest", "height"): 120.0, ("Delivery", "spacing"): 3.0}
+"""What the profile says instead, where no flight may have the code's value."""
 FILES = {task.name: task for task in map(packaged_task, ("watch_dog_sos", "watch_dog_request", *NAMES))}
 
 
@@ -284,14 +286,14 @@ def test_the_profile_has_the_values_of_the_published_code() -> None:
     said = {(task, name): text for task in profile.tasks for name, text in profile.texts(task).items()}
 
     assert said.keys() == CODE.keys()
-    beyond = {key: text for key, text in said.items() if isinstance(value(*key, text), str)}
-    assert {key: value(*key, text) for key, text in said.items() if key not in beyond} == {
-        key: number for key, number in CODE.items() if key not in beyond
-    }
-    # What the envelope and min_spacing do not allow is refused, not flown.
-    assert beyond == {
-        ("WatchDogSOS", "height"): "150 m", ("WatchDogRequest", "height"): "148 m", ("Delivery", "spacing"): "1 m",
-    }  # fmt: skip
+    assert {key: value(*key, text) for key, text in said.items()} == {**CODE, **NEAREST}
+
+
+def test_what_the_code_says_and_no_flight_may_have_is_refused_and_the_nearest_stands_in_the_profile() -> None:
+    for (task, name), number in NEAREST.items():
+        param = FILES[task].params[name]
+        assert number in [limit.const for limit in (param.min, param.max) if limit is not None]
+        assert isinstance(value(task, name, f"{CODE[task, name]:g} m"), str)
 
 
 def test_every_tree_of_the_folder_checks_clean_with_and_without_a_site() -> None:

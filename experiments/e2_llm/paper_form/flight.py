@@ -257,6 +257,8 @@ class PaperFleet:
             return {"at": {"east_m": east, "north_m": north}}
         if goal.action == "GoTo":
             return {"to": {"east_m": goal.given[0], "north_m": goal.given[1], "up_m": goal.given[2]}}
+        if goal.action == "MiniFinder":  # the paper's API has one base station: the origin
+            return {"base": {"east_m": 0.0, "north_m": 0.0}}
         if goal.action == "Explore":
             corners = [{"east_m": one[0], "north_m": one[1]} for one in goal.given]
             return {"region": corners, "altitude": goal.given[0][2] if goal.given else 0.0}

@@ -119,13 +119,29 @@ class TestProfiles:
         assert len(to) == 3 + 9 + 1 + 2
 
     def test_what_a_person_says_ranks_above_the_profile_also_by_an_alias(
-        self, capsys: Capture, wording: Wording
+        self, tmp_path: Path, capsys: Capture, wording: Wording
     ) -> None:
-        words = ["dryrun", "WatchDogSOS", "--profile", "paper-code", "-p", "alarmtype=sos", "-p", "target=camp"]
+        high = tmp_path / "high.yaml"
+        text = "formiga_profile: 1\nprofile: high\ntasks:\n  WatchDogSOS: {height: 150 m}\n"
+        high.write_text(text, encoding="utf-8")
+        words = ["dryrun", "WatchDogSOS", "--profile", str(high), "-p", "alarmtype=sos", "-p", "target=camp"]
         assert run(words) == 1
         err = capsys.readouterr().err
         wording(err)
         assert run([*words, "-p", "alt=40 m"]) == 0
+
+    @pytest.mark.parametrize(
+        "words",
+        [
+            ["WatchDogSOS", "-p", "alarmtype=sos", "-p", "target=camp"],
+            ["WatchDogRequest", "-p", "alarmtype=lost", "-p", "target=camp", "-p", "username=picker_2"],
+            ["Delivery", "-p", "target=north_field", "-p", "next_stop=east_field"],
+        ],
+        ids=["T4", "T5", "T10"],
+    )
+    def test_the_missions_start_with_the_values_of_the_published_code(self, words: list[str], capsys: Capture) -> None:
+        assert run(["dryrun", *words, "--profile", "paper-code", "--json"]) == 0
+        capsys.readouterr()
 
     def test_a_profile_that_is_not_there_is_named(self, capsys: Capture, wording: Wording) -> None:
         assert run(["dryrun", "Circle", "--profile", "paper-cod"]) == 2

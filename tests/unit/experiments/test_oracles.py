@@ -64,7 +64,7 @@ WRONG = [
     ("T4", "asked before it flies", {"swap": ("  - call: FlyTo", "  - ask:", "  - notify:")}, "asked_early"),
     ("T4", "another place", {PARAMS: {"alarmtype": "sos", "target": "camp"}}, "not_at_target"),
     ("T5", "follows in any case", {"if: reply.answer == 'yes'": "if: is_set(reply)"}, "followed_anyway"),
-    ("T5", "one fix only", {"repeat: forever ": "repeat: 1 "}, "followed_too_short"),
+    ("T5", "one fix only", {"repeat: forever ": "repeat: 1 ", "while: not there ": "while: there "}, "followed_too_short"),
     ("T5", "never follows", {"if: reply.answer == 'yes'": "if: reply.answer == 'no'"}, "not_followed"),
     ("T6", "half a circle", {"spot: ${circle(middle, radius, points=points)}":
                              "spot: ${line(offset(middle, north=radius), offset(middle, north=-radius), 5)}"}, "no_circle"),
