@@ -5,6 +5,7 @@ does not break off a landing near the ground, at the end of its charge lands by 
 card says (control `failsafe`). It flies at its airspeed, so that wind changes how long a leg takes.
 """
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from agents_sim.body import Setup
@@ -12,7 +13,7 @@ from agents_sim.kinds import SimAction, lasts_us
 from agents_sim.limits import DroneLimits
 from agents_sim.machine import Machine
 from agents_sim.motion import MotionKind, Segment, Wind, fall_us, leg_us
-from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, plan, way_down, way_home
+from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, plan, product, way_down, way_home
 from agents_sim.preflight import preflight
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Position
@@ -87,6 +88,9 @@ class Drone(Machine):
     def _plan(self, request: GoalRequest, action: SimAction, *, is_low: bool) -> list[Leg] | str:
         lasts = lasts_us(action, self._seed, request.goal_id)
         return plan(request, action, self.position(), is_airborne=self.is_airborne, is_low=is_low, lasts_us=lasts)
+
+    def _product(self, request: GoalRequest, legs: list[Leg]) -> Mapping[str, Any]:
+        return product(request, legs)
 
     def _begun(self, request: GoalRequest, action: SimAction) -> None:
         if not self.is_airborne and action.effect == "airborne":

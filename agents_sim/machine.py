@@ -125,11 +125,12 @@ class Machine(Body):
             return "bad_field"
         if isinstance(legs, str):
             return legs
+        product = self._product(request, legs)
         outcome = self.outcomes.next(request.action)
         if outcome is not None and outcome.delay_s > 0.0:
             legs = [Leg(self.position(), self._still(), lasts_us=micros(outcome.delay_s)), *legs]
         self._begun(request, action)
-        self._fly(request.goal_id, request.action, legs, outcome)
+        self._fly(request.goal_id, request.action, legs, outcome).product = product
         return ""
 
     def cancel(self, goal_id: str) -> bool:
@@ -181,6 +182,10 @@ class Machine(Body):
     def _way(self, here: Position, to: Place) -> list[Position]:  # noqa: ARG002  (straight ways begin anywhere)
         """Return the points of the way over ground: straight. Whoever knows ways plans them here."""
         return [Position(to.east_m, to.north_m, 0.0)]
+
+    def _product(self, request: GoalRequest, legs: list[Leg]) -> Mapping[str, Any]:  # noqa: ARG002  (who makes none)
+        """Return the fields of the result that a goal makes which is carried out as planned."""
+        return {}
 
     def _begun(self, request: GoalRequest, action: SimAction) -> None:
         """Take note that a goal begins."""
@@ -267,13 +272,14 @@ class Machine(Body):
 
     # Inside: on the way.
 
-    def _fly(self, goal_id: str, action: str, legs: list[Leg], outcome: Outcome | None = None) -> None:
+    def _fly(self, goal_id: str, action: str, legs: list[Leg], outcome: Outcome | None = None) -> Flight:
         now = self.scheduler.now()
         self._flight = flight = Flight(goal_id, action, legs, now, outcome)
         self._next_leg()
         self._expect_end(flight)
         # Not now: the side has yet to answer the goal.
         self._timers.append(self.scheduler.call_at(now, self.report))
+        return flight
 
     def _expect_end(self, flight: Flight) -> None:
         flight.ends, start = self._segment.t1, self._segment.p1
@@ -318,8 +324,10 @@ class Machine(Body):
         if outcome is not None and outcome.fail:
             side.finish(flight.goal_id, "failed", code=outcome.fail)
             return
-        result = self.kind.actions.get(flight.action, NO_ACTION).result
-        side.finish(flight.goal_id, "succeeded", result={**result, **(outcome.give if outcome is not None else {})})
+        said = self.kind.actions.get(flight.action, NO_ACTION).result
+        made = {name: value for name, value in flight.product.items() if name in said}
+        give = outcome.give if outcome is not None else {}
+        side.finish(flight.goal_id, "succeeded", result={**said, **made, **give})
 
     def _stand_still(self) -> None:
         now, here = self.scheduler.now(), self._segment.at(self.scheduler.now())

@@ -4,12 +4,13 @@ The actions of the drones that ship have rules of their own here; any other is f
 place, it ends in the air or on the ground, or it lasts what is typical. Pure functions; `drone.Drone` flies what comes of them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from msgspec import Struct
 
+from agents_sim.coverage import covered
 from agents_sim.kinds import Outcome, SimAction
 from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
 from agents_sim.sweep import sweep
@@ -48,7 +49,7 @@ class Leg(Struct, frozen=True):
 class Flight:
     """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
 
-    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "outcome", "started")
+    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "outcome", "product", "started")
 
     def __init__(
         self, goal_id: str, action: str, legs: list[Leg], started: Micros, outcome: Outcome | None = None
@@ -62,6 +63,8 @@ class Flight:
         self.canceled = False
         self.outcome = outcome
         """What is to become of its goal."""
+        self.product: Mapping[str, Any] = {}
+        """What it makes, if it ends well: fields of its result."""
 
 
 def plan(
@@ -187,6 +190,14 @@ def _sweep(request: GoalRequest, here: Position) -> list[Leg] | str:
     speed = speed_of(request)
     places = sweep([read_place(corner) for corner in corners], SWEEP_SPACING_M)
     return [Leg(Position(place.east_m, place.north_m, up), "cruise", speed) for place in places]
+
+
+def product(request: GoalRequest, legs: list[Leg]) -> dict[str, Any]:
+    """Return what a goal makes that is flown as planned: of a search the share of its region that was seen."""
+    if request.action != EXPLORE:
+        return {}
+    corners = [read_place(corner) for corner in request.fields["region"]]
+    return covered(corners, [leg.to.ground for leg in legs], legs[0].to.up_m).result()
 
 
 def speed_of(request: GoalRequest) -> float | None:

@@ -13,7 +13,7 @@ _FLYING: Final[Mapping[str, SimAction]] = MappingProxyType(
         "TakeOff": SimAction(requires="grounded", effect="airborne"),
         "GoTo": SimAction(requires="airborne", moves_to="to"),
         "LandIn": SimAction(requires="airborne", moves_to="at", effect="grounded"),
-        "Explore": SimAction(requires="airborne"),
+        "Explore": SimAction(requires="airborne", result={"coverage": 0.0, "cells": 0, "seen": 0, "finds": []}),
         "CutMotors": SimAction(effect="grounded", cuts=True),
     }
 )

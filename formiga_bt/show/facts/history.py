@@ -50,7 +50,7 @@ class MapMark(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A named point of the site, or where something happened."""
 
     name: str
-    kind: Literal["base", "port", "station", "place", "landing", "event"]
+    kind: Literal["base", "port", "station", "place", "landing", "event", "find"]
     at: Point
 
 
@@ -58,7 +58,8 @@ class MapShape(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """An area of the site."""
 
     name: str
-    kind: Literal["fence", "zone", "region"]
+    kind: Literal["fence", "zone", "region", "searched"]
+    """`searched`: a region that was looked at; its name says how much of it was seen."""
     corners: tuple[Point, ...]
     forbidden: bool = False
 

@@ -18,11 +18,12 @@ def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) 
     # a person belongs to no task: those who are asked for one are on its map
     people = {row.agent for task in wanted or () for row in ledger.story(task).rows}
     events = [event.mark for event in ledger.events if wanted is None or event.task in wanted]
+    searches = [search.shape for search in ledger.searches if wanted is None or search.task in wanted]
     return Chart(
         site=site.name,
         at=now,
         marks=(*_marks(site), *events),
-        shapes=tuple(_shapes(site)),
+        shapes=(*_shapes(site), *searches),
         tracks=tuple(
             track
             for way in ways

@@ -19,10 +19,11 @@ from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, 
 from formiga_bt.engine.kernel.state import EngineState, apply
 from formiga_bt.engine.kernel.timers import WallTimer
 from formiga_bt.nodes.blackboard import Blackboard
-from formiga_bt.show.facts import LineFact, MapMark, Point
+from formiga_bt.show.facts import LineFact, MapMark, MapShape, Point
 from formiga_bt.show.history.notes import gate_words, hold_words
 from formiga_bt.show.history.progress import Progress
 from formiga_bt.show.history.rows import ActionRow, WaitRow, row_of
+from formiga_bt.show.history.searches import product_of
 from formiga_bt.show.history.tracks import POINTS, AgentTrack
 from formiga_bt.show.lines import LineMaker, of_question, of_refusal
 
@@ -55,6 +56,14 @@ class LedgerEvent(Struct, frozen=True):
     at: Micros
     task: str
     mark: MapMark
+
+
+class LedgerSearch(Struct, frozen=True):
+    """A region that was searched."""
+
+    at: Micros
+    task: str
+    shape: MapShape
 
 
 class TaskStory:
@@ -110,6 +119,7 @@ class Ledger:
         self.lines: deque[LineFact] = deque(maxlen=self.bounds.lines)
         self.alarms: deque[LineFact] = deque(maxlen=self.bounds.marks)
         self.events: deque[LedgerEvent] = deque(maxlen=self.bounds.marks)
+        self.searches: deque[LedgerSearch] = deque(maxlen=self.bounds.marks)
         self.waiting: dict[tuple[str, str], WaitRow] = {}
         """(kind, of what) -> the wait that lasts."""
         self.stuck: dict[str, Micros] = {}
@@ -308,7 +318,17 @@ class Ledger:
         row.end = at
         if goal.action == "Confirm" and goal.state == "succeeded":
             row.state, row.code = "answered", str(goal.result.get("answer", ""))
+        if goal.state == "succeeded" and "coverage" in goal.result:
+            self._searched(at, row, goal)
         del self._open[goal.id]
+
+    def _searched(self, at: Micros, row: ActionRow, goal: GoalRecord) -> None:
+        """Note what an action of any name gives that saw something of a region: its share, and what was found."""
+        found = product_of(goal)
+        row.detail = ", ".join(text for text in (row.detail, found.text) if text)
+        if found.shape is not None:
+            self.searches.append(LedgerSearch(at, goal.task, found.shape))
+        self.events.extend(LedgerEvent(at, goal.task, mark) for mark in found.marks)
 
     def _gated(self, at: Micros, goal: GoalRecord) -> None:
         """A goal begins to wait at the gate, or waits for something else now."""

@@ -36,12 +36,14 @@ _MARKS: Final[dict[str, tuple[str, float, str, str]]] = {
     "place": ("o", 4, "#777777", "place"),
     "landing": ("v", 6, "#ffffff", "landing"),
     "event": ("*", 9, "#ffd700", "event"),
+    "find": ("X", 8, "#e4572e", "find"),
 }
 """Kind -> shape, size, filling, what a legend calls it."""
 _SHAPES: Final[dict[str, tuple[str, str, str]]] = {
     "fence": ("#555555", "none", ""),
     "zone": ("#555555", "#f4f4f4", ""),
     "region": ("#3a7d44", "#e8f3e8", ""),
+    "searched": ("#2b6cb0", "#cfe3f7", ""),
 }
 COLUMNS: Final = 6
 LABELS: Final = 60
@@ -183,7 +185,7 @@ class _Map:
         self.places.take(Rect(x - half, y - half, x + half, y + half))
 
     def _names(self) -> None:
-        order = {"base": 0, "event": 1, "place": 2, "port": 3, "station": 3}
+        order = {"base": 0, "event": 1, "find": 1, "place": 2, "port": 3, "station": 3}
         named = [mark for mark in self.scene.marks if mark.kind in order]
         taken: set[tuple[str, int, int]] = set()
         for mark in sorted(named, key=lambda one: order[one.kind]):

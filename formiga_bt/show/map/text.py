@@ -39,6 +39,7 @@ class MapSigns(Struct, frozen=True):
     place: str
     landing: str
     event: str
+    find: str
     person: str
     fence: str
     border: str
@@ -51,12 +52,12 @@ class MapSigns(Struct, frozen=True):
 
 
 PLAIN: Final = MapSigns(
-    base="B", port="o", station="o", place="x", landing="v", event="*", person="@", fence="=", border=".", forbidden="/",
-    arrows=_PLAIN_ARROWS, cut="~", corner="+", across="-", up="|",
+    base="B", port="o", station="o", place="x", landing="v", event="*", find="!", person="@", fence="=", border=".",
+    forbidden="/", arrows=_PLAIN_ARROWS, cut="~", corner="+", across="-", up="|",
 )  # fmt: skip
 FINE: Final = MapSigns(
-    base="⊕", port="□", station="▫", place="•", landing="▽", event="★", person="☻", fence="═", border="·", forbidden="╱",
-    arrows=_ARROWS, cut="…", corner="┼", across="─", up="│",
+    base="⊕", port="□", station="▫", place="•", landing="▽", event="★", find="◆", person="☻", fence="═", border="·",
+    forbidden="╱", arrows=_ARROWS, cut="…", corner="┼", across="─", up="│",
 )  # fmt: skip
 
 
@@ -149,7 +150,7 @@ class _Map:
                     self._put(row, column, self.look.forbidden, "red")
 
     def _marks(self) -> None:
-        rank = {"place": 0, "port": 1, "station": 1, "landing": 2, "base": 3, "event": 4}
+        rank = {"place": 0, "port": 1, "station": 1, "landing": 2, "base": 3, "event": 4, "find": 4}
         for mark in sorted(self.scene.marks, key=lambda one: rank[one.kind]):
             row, column = self._cell(mark.at)
             self._put(row, column, self._sign(mark), "bold")
@@ -193,11 +194,11 @@ class _Map:
     # -- names ---------------------------------------------------------------------------------------------------
     def _names(self) -> None:
         people = [(walk.end, walk.agent) for walk in self.scene.walks if walk.human]
-        order = {"base": 0, "event": 1, "place": 3, "port": 4, "station": 4}
+        order = {"base": 0, "event": 1, "find": 1, "place": 3, "port": 4, "station": 4}
         marks = sorted((m for m in self.scene.marks if m.kind in order), key=lambda one: order[one.kind])
-        first = [(m.at, m.name) for m in marks if m.kind in ("base", "event")]
-        rest = [(m.at, m.name) for m in marks if m.kind not in ("base", "event")]
-        areas = [(_middle(s), s.name) for s in self.scene.shapes if s.kind != "fence"]
+        first = [(m.at, m.name) for m in marks if m.kind in ("base", "event", "find")]
+        rest = [(m.at, m.name) for m in marks if m.kind not in ("base", "event", "find")]
+        areas = [(_middle(s), s.name) for s in self.scene.shapes if s.kind in ("zone", "region")]
         for at, name in dict.fromkeys([*first, *people, *rest, *areas]):
             self._name(at, cut(self._clean(name), 16, self.look.cut))
 
@@ -223,7 +224,10 @@ class _Map:
         yield StyledLine.of(cut(f"{look.across * max(1, round(cells))} {step:g} m", width, look.cut), "dim")
         for number, walk in enumerate(self.scene.walks):
             yield StyledLine.of(cut(self._told(number, walk), width, look.cut), _INKS[number % len(_INKS)])
-        kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "station", "place", "landing", "event")
+        for shape in self.scene.shapes:
+            if shape.kind == "searched":
+                yield StyledLine.of(cut(self._clean(f"{look.border * 2} {shape.name}"), width, look.cut), "dim")
+        kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "station", "place", "landing", "event", "find")
                  if any(mark.kind == kind for mark in self.scene.marks)]  # fmt: skip
         kinds += [f"{look.person} person"] if any(walk.human for walk in self.scene.walks) else []
         kinds += [f"{look.fence * 2} fence"] if any(shape.kind == "fence" for shape in self.scene.shapes) else []

@@ -1,0 +1,65 @@
+"""What a drone says of a region that it searched: cells, those that it saw, and their share."""
+
+import pytest
+
+from agents_sim.coverage import MOST, covered
+from agents_sim.kinds import Outcome
+from agents_sim.sweep import sweep
+from agents_sim.world import AgentSpec
+from formiga_bt.base.geo import Place, Position
+from tests.unit.agents_sim.conftest import World, point
+
+SQUARE = [Place(0.0, 0.0), Place(100.0, 0.0), Place(100.0, 100.0), Place(0.0, 100.0)]
+CORNERS = [point(c.east_m, c.north_m) for c in SQUARE]
+
+
+def share(height_m: float, corners: list[Place] = SQUARE) -> float:
+    result = covered(corners, sweep(corners, 20.0), height_m).result()
+    assert result["coverage"] == pytest.approx(100.0 * result["seen"] / result["cells"], abs=0.05)
+    return float(result["coverage"])
+
+
+def test_from_high_up_all_is_seen_from_low_only_what_lies_below_the_lanes() -> None:
+    assert share(60.0) == share(20.0) == 100.0
+    assert 40.0 < share(10.0) < 60.0
+    assert share(2.0) == 0.0
+
+
+def test_a_region_has_cells_inside_only_and_never_too_many() -> None:
+    triangle = [Place(0.0, 0.0), Place(100.0, 0.0), Place(0.0, 100.0)]
+    assert covered(triangle, sweep(triangle, 20.0), 60.0).result()["cells"] == pytest.approx(200, abs=20)
+    wide = [Place(0.0, 0.0), Place(4000.0, 0.0), Place(4000.0, 3000.0), Place(0.0, 3000.0)]
+    found = covered(wide, [Place(0.0, 10.0), Place(4000.0, 10.0)], 60.0)
+    assert len(found.cells) <= MOST * 1.1
+    assert found.cell_m > 5.0
+
+
+def test_a_region_smaller_than_a_cell_has_one() -> None:
+    tiny = [Place(0.0, 0.0), Place(1.0, 0.0), Place(0.0, 1.0)]
+    assert covered(tiny, sweep(tiny, 20.0), 60.0).result() == {"coverage": 100.0, "cells": 1, "seen": 1}
+
+
+def explored(world: World, spec: AgentSpec) -> dict[str, object]:
+    world.fleet.add(spec)
+    goal = world.order("d", "Explore", region=CORNERS, altitude=60.0)
+    world.run(600.0)
+    return world.end(goal)[1].result
+
+
+def test_a_search_gives_its_coverage_and_no_finds(world: World) -> None:
+    result = explored(world, AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0)))
+    assert result == {"coverage": 100.0, "cells": 400, "seen": 400, "finds": []}
+
+
+def test_a_scenario_says_what_is_found(world: World) -> None:
+    finds = [point(20, 30)]
+    outcomes = (Outcome(action="Explore", give={"finds": finds}),)
+    result = explored(world, AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0), outcomes=outcomes))
+    assert (result["coverage"], result["finds"]) == (100.0, finds)
+
+
+def test_a_leg_gives_nothing(world: World) -> None:
+    world.fleet.add(AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0)))
+    goal = world.order("d", "GoTo", to=point(10, 0, 60))
+    world.run(60.0)
+    assert world.end(goal)[1].result == {}
