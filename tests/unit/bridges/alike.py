@@ -9,7 +9,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Expr, Room, Subtree, Task
 from formiga_bt.lang.types import Type
 
-LEFT_OUT = {"bundle", "files", "subtrees"}
+LEFT_OUT = {"bundle", "covered", "files", "subtrees"}
 """Of a task: what says where it was read, and subtrees (compared where they are called)."""
 
 
