@@ -36,6 +36,7 @@ from formiga_bt.engine.restart.journal_backpressure import note_journal, refuse_
 from formiga_bt.engine.restart.reconcile import Reconcile
 from formiga_bt.engine.restart.rescue import Rescue
 from formiga_bt.engine.restart.resume import restore_trees
+from formiga_bt.engine.rules.standing_rules import StandingRules
 from formiga_bt.engine.tasks.agent_events import AgentEvents
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.children import Children
@@ -105,8 +106,9 @@ class Engine:
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
         self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, policy)
+        self.rules = StandingRules(core, self.intake, refuse_if_full)
         rescue = Rescue(core, self.goals, self.people, self.runs, self.tasks)
-        self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, rescue)
+        self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, rescue, self.rules)
         core.stands_by = resumes
         self.unbuilt: dict[str, str] = {}
         """Tasks whose trees could not be rebuilt -> why."""
@@ -177,6 +179,8 @@ class Engine:
                 if clock > self.core.now:
                     self.core.clock = clock
                 self.fleet.on_status(status, wall)
+                if self.rules.looks:
+                    self.rules.on_status(status.id)
             case inp.GoalEventInput(event, wall, clock):
                 self.core.clock = max(self.core.now, clock)
                 self._goal_event(event, wall)
@@ -207,6 +211,9 @@ class Engine:
                 refuse_if_full(self.core, given)
                 self.command.give(given)
                 return Done()
+            case inp.RuleOrder():
+                refuse_if_full(self.core, given)
+                return self.rules.order(given)
             case inp.LockdownOrder():
                 refuse_if_full(self.core, given)
                 self.lockdowns.order(given)
@@ -234,6 +241,7 @@ class Engine:
                 self.core.emit(ch.CounterSet("epoch", epoch))
                 if self.state.counters.get("deposed"):
                     self.core.emit(ch.CounterSet("deposed", 0))
+                self.rules.read_anew()
             case inp.Resumed():
                 self.reconcile.begin(given)
             case inp.Behind():
@@ -250,6 +258,8 @@ class Engine:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
             self.people.late(event.agent, event.goal_id)
         self.fleet.on_goal_event(event, wall)
+        if self.rules.looks and event.status is not None:
+            self.rules.on_status(event.status.id)
 
     def _timer(self, due: tm.Timer) -> None:
         core = self.core
@@ -289,6 +299,8 @@ class Engine:
                 self.orders.on_deadline(agent)
             case tm.ClearanceDue() | tm.ClearanceAgain():
                 self.clearances.on_deadline(due)
+            case tm.RuleDue():
+                self.rules.on_deadline(due)
             case _:
                 assert_never(due)
 
@@ -343,6 +355,8 @@ class Engine:
                 self.orders.ended_by_word(task)
             case nw.StepsStopped(task):
                 self.orders.cleanup_goes_on(task)
+            case nw.EventKept(kept):
+                self.rules.on_event(kept)
             case nw.CarriedOut(record):
                 self.orders.carried_out(record)
             case _:

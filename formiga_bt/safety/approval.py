@@ -15,6 +15,9 @@ from formiga_bt.lang.walk import all_roles, bare, children
 TYPED: Final = 8
 """So many characters of the digest a person types."""
 
+RULES: Final = "rules"
+"""What the standing rules of a site are called where a task is named; no task has such a name."""
+
 _NAMED: Final = re.compile(r"([A-Za-z_]\w*)((?:\[-?\d{1,4}\])?(?:\.home)?)")
 _RECOVER: Final = "the way home"
 
@@ -30,6 +33,14 @@ def approval_digest(task: Task, site: Site) -> str:
     """
     digest = hashlib.sha256(b"formiga approval 2\n")
     for part in (task.covered, site.covered):
+        digest.update(f"{len(part)}:{part}\n".encode())
+    return digest.hexdigest()
+
+
+def rules_digest(site: Site) -> str:
+    """Return the SHA-256 (hex) over the standing rules of a site, and what of the site an approval covers: its regions, too."""
+    digest = hashlib.sha256(b"formiga approval of rules 1\n")
+    for part in (site.rules_digest, site.covered):
         digest.update(f"{len(part)}:{part}\n".encode())
     return digest.hexdigest()
 

@@ -26,6 +26,7 @@ from formiga_bt.engine.kernel.records import (
     Version,
     Wakes,
 )
+from formiga_bt.engine.kernel.rule_records import RuleRecord, RuleWatch
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.drafted import Drafted
@@ -239,9 +240,24 @@ class ResumePut(Struct, frozen=True, tag=True):
     resume: Resuming | None
 
 
+class RulePut(Struct, frozen=True, tag=True):
+    """A standing rule's record is now this; None: the site has no such rule any more."""
+
+    name: str
+    rule: RuleRecord | None
+
+
+class RuleWatchPut(Struct, frozen=True, tag=True):
+    """What a standing rule has seen of an agent is now this; None: nothing."""
+
+    rule: str
+    agent: str
+    watch: RuleWatch | None
+
+
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
-    | WakesPut | MemberPut
+    | WakesPut | MemberPut | RulePut | RuleWatchPut
 )  # fmt: skip

@@ -11,6 +11,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.changes import Change
 from formiga_bt.engine.kernel.records import Priority
 from formiga_bt.engine.kernel.replies import Reply
+from formiga_bt.engine.kernel.rule_records import RuleCause
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.drafted import Drafted
@@ -32,6 +33,8 @@ class Submit(Struct, frozen=True, tag=True):
     """How long at most it waits for its first agents, instead of what its roles say."""
     expires: Micros | None = None
     """The longest time PENDING, instead of the task's own."""
+    cause: RuleCause | None = None
+    """The standing rule that requests it; no caller from outside can say so."""
 
 
 class Serve(Struct, frozen=True, tag=True):
@@ -77,6 +80,16 @@ class LockdownOrder(Struct, frozen=True, tag=True):
     """Press lockdown: no admission, no grants, no goals of tasks; what flies under our control does `how`. Or release it."""
 
     how: Literal["hold", "return", "land", "release"]
+    by: str = ""
+
+
+class RuleOrder(Struct, frozen=True, tag=True):
+    """A person's word on what waits for them: the task of a rule is started now, or what happened is dismissed."""
+
+    rule: str
+    do: Literal["start", "dismiss"]
+    agent: str = ""
+    """To whom it happened; "" = the only one."""
     by: str = ""
 
 
@@ -294,6 +307,7 @@ Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
+    | RuleOrder
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

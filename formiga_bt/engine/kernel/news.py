@@ -7,7 +7,7 @@ and `Engine` hands it on at once, within the same step. There is no other way up
 from msgspec import Struct
 
 from formiga_bt.engine.kernel.inputs import Abort
-from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.records import AgentEventRecord, GoalRecord, TaskRecord
 
 # -- of machines -------------------------------------------------------------------------------------------------------
 
@@ -139,7 +139,13 @@ class CarriedOut(Struct, frozen=True):
     task: TaskRecord
 
 
+class EventKept(Struct, frozen=True):
+    """An agent reported an event of its own, for the first time."""
+
+    event: AgentEventRecord
+
+
 News = (
     UnreadableMessage | GoalUnreachable | MustLeave | Leaves | Left | StatusTaken | Landed | Flies | CameBack | Idle | NoWayHome
-    | TakenOver | Stopped | ClearanceDenied | Unwanted | AllHome | TaskEnds | StepsStopped | CarriedOut
+    | TakenOver | Stopped | ClearanceDenied | Unwanted | AllHome | TaskEnds | StepsStopped | CarriedOut | EventKept
 )  # fmt: skip

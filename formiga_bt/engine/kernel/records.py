@@ -13,6 +13,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.machines import Mobility
 from formiga_bt.engine.kernel.causes import HoldCause, in_words
+from formiga_bt.engine.kernel.rule_records import RuleCause
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served, TaskOutcome
@@ -249,6 +250,8 @@ class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The longest time PENDING of each run, likewise."""
     params: dict[str, Any] = {}
     """A restart begins with them."""
+    cause: RuleCause | None = None
+    """The standing rule that requested it, or the first task of its family."""
 
 
 class TaskFamily(Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -30,6 +30,7 @@ from formiga_bt.engine.kernel.records import (
     Version,
     Wakes,
 )
+from formiga_bt.engine.kernel.rule_records import RuleRecord, RuleWatch
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.blackboard import Blackboard
@@ -80,6 +81,10 @@ class EngineState(Struct):
     counters: dict[str, int] = field(default_factory=dict)
     wakes: dict[str, Wakes] = field(default_factory=dict)
     """task -> what it has used of its budget of wakes, once it was in haste"""
+    rules: dict[str, RuleRecord] = field(default_factory=dict)
+    """the site's standing rules by name, and what became of them"""
+    rule_watches: dict[str, dict[str, RuleWatch]] = field(default_factory=dict)
+    """rule -> agent -> what it has seen of it"""
 
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
@@ -166,6 +171,14 @@ def _resume(state: EngineState, _: Blackboard, change: ch.ResumePut) -> None:
 
 def _wakes(state: EngineState, _: Blackboard, change: ch.WakesPut) -> None:
     state.wakes[change.task] = change.wakes
+
+
+def _rule(state: EngineState, _: Blackboard, change: ch.RulePut) -> None:
+    _set_or_drop(state.rules, change.name, change.rule)
+
+
+def _rule_watch(state: EngineState, _: Blackboard, change: ch.RuleWatchPut) -> None:
+    _set_or_drop(state.rule_watches.setdefault(change.rule, {}), change.agent, change.watch)
 
 
 def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> None:
@@ -319,6 +332,8 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.TaskGone: _gone,
         ch.ResumePut: _resume,
         ch.WakesPut: _wakes,
+        ch.RulePut: _rule,
+        ch.RuleWatchPut: _rule_watch,
     }
 )
 """How each kind of change is applied."""
@@ -446,6 +461,9 @@ def load_snapshot(data: bytes) -> EngineState:
         )
     for agent_id, happened in state.agent_events.items():
         state.agent_events[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
+    for name, rule in state.rules.items():
+        waits = {agent: msgspec.structs.replace(one, event=revive(one.event)) for agent, one in rule.waits.items()}
+        state.rules[name] = msgspec.structs.replace(rule, waits=waits)
     for memory in state.memory.values():
         for path, mem in memory.items():
             failure = getattr(mem, "failure", None)

@@ -104,9 +104,16 @@ class ClearanceAgain(Struct, frozen=True, tag="clearwait", array_like=True):
     agent: str
 
 
+class RuleDue(Struct, frozen=True, tag="rule", array_like=True):
+    """What a standing rule waits for has lasted long enough, or an agent was silent for so long."""
+
+    rule: str
+    agent: str
+
+
 Timer = (
     NodeDue | TaskDue | HopelessDue | AllocationDue | TurnDue | HomeOverdue | HomeAgain | WayDue | AsideDue | PortDue
-    | EscalationDue | StrayDue | OrderDue | ClearanceDue | ClearanceAgain
+    | EscalationDue | StrayDue | OrderDue | ClearanceDue | ClearanceAgain | RuleDue
 )  # fmt: skip
 """An engine-time timer."""
 

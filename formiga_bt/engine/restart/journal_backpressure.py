@@ -15,6 +15,7 @@ from formiga_bt.engine.kernel.inputs import (
     LockdownOrder,
     NotifyPeople,
     Operator,
+    RuleOrder,
     Serve,
     Submit,
 )
@@ -57,7 +58,7 @@ def begins_something(given: Input) -> bool:
     All others act also then: they stop what is under way, or let it come to its end.
     """
     match given:
-        case Submit() | Serve() | AddAgent() | Operator("restart") | LockdownOrder("release"):
+        case Submit() | Serve() | AddAgent() | RuleOrder(do="start") | Operator("restart") | LockdownOrder("release"):
             return True
         case Approve(revoke=revoke):
             return not revoke

@@ -38,6 +38,7 @@ from formiga_bt.engine.kernel.timers import AskDue, CancelDue, LiveDue, ResumeDu
 from formiga_bt.engine.orders.continuing import way_on
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.engine.restart.rescue import Rescue
+from formiga_bt.engine.rules.standing_rules import StandingRules
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.gate import AT_PORT_M
@@ -54,12 +55,15 @@ MARKS: Final = ResumeHold()
 class Reconcile:
     """The phases after `Resumed`."""
 
-    def __init__(self, core: Core, fleet: Fleet, goals: Goals, authority: Authority, rescue: Rescue) -> None:
+    def __init__(
+        self, core: Core, fleet: Fleet, goals: Goals, authority: Authority, rescue: Rescue, rules: StandingRules
+    ) -> None:
         self._core = core
         self._fleet = fleet
         self._goals = goals
         self._authority = authority
         self._rescue = rescue
+        self._rules = rules
 
     # -- the start ---------------------------------------------------------------------------------------------------
     def begin(self, given: inp.Resumed) -> None:
@@ -76,6 +80,8 @@ class Reconcile:
             core.emit(ch.CounterSet(LATE, 0))
         self._begin(given, tuple(core.state.agents), _cancels(given))
         self._fleet.read_anew()
+        self._rules.read_anew()
+        self._rules.came_back()
         self._lose_touch(given.heard)
         for effect in given.again:
             if not isinstance(effect, inp.CancelGoal):
@@ -92,6 +98,7 @@ class Reconcile:
         core.stands_by = False
         self._begin(given, (), ())
         self._count_anew(given.heard)
+        self._rules.came_back()
         self._authority.came_back(long=self._is_long)
         if self._is_long:
             self._hold_all()

@@ -9,8 +9,10 @@ from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.engine.kernel.news import EventKept
 from formiga_bt.engine.kernel.records import AgentEventRecord
 from formiga_bt.engine.kernel.state import KEPT_EVENTS
+from formiga_bt.lang.model import OnEvent
 from formiga_bt.transport.messages import AgentEvent
 
 
@@ -43,9 +45,15 @@ class AgentEvents:
             return
         self._forget_oldest(agent.id)
         order = core.state.counters.get("agent_event", 0) + 1
-        core.emit(
-            ch.AgentEventNoted(AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields))
-        )
+        kept = AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields)
+        core.emit(ch.AgentEventNoted(kept))
+        core.report(EventKept(kept))
+
+    def _has_rule(self, agent: str, event: str) -> bool:
+        """Return whether a standing rule is on an event: then it was heard."""
+        of = self._core.state.agents[agent].type
+        rules = self._core.site.rules.values()
+        return any(isinstance(rule.on, OnEvent) and rule.on.event == event and of in rule.types for rule in rules)
 
     def _forget_oldest(self, agent: str) -> None:
         """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""
@@ -54,6 +62,8 @@ class AgentEvents:
         if len(kept) < KEPT_EVENTS:
             return
         key = f"{agent}|{kept[0].event}"
+        if self._has_rule(agent, kept[0].event):
+            return
         if any(task.events.taken.get(key, 0) >= kept[0].order for task in core.state.tasks.values()):
             return
         if core.count(f"unheard|{agent}") == KEPT_EVENTS + 1:

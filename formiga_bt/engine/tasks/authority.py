@@ -20,8 +20,17 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core, clock_stands
 from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Submit
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, Approval
+from formiga_bt.engine.kernel.rule_records import RuleCause
 from formiga_bt.lang.model import Task
-from formiga_bt.safety.approval import TYPED, approval_digest, needs_another, others_than, same_person
+from formiga_bt.safety.approval import (
+    RULES,
+    TYPED,
+    approval_digest,
+    needs_another,
+    others_than,
+    rules_digest,
+    same_person,
+)
 from formiga_bt.safety.drafted import UNNAMED, Drafted
 
 APPROVERS: Final = "approvers"
@@ -90,7 +99,7 @@ class Authority:
         locked = self._locked()
         if locked:
             raise TaskError("lockdown", f"{locked}; no task is admitted before it is released")
-        lack = self._lack(self._core.library.wanted(request), request.by)
+        lack = self._lack(self._core.library.wanted(request), request.by, request.cause)
         if lack:
             raise TaskError("not_approved", lack)
 
@@ -98,11 +107,16 @@ class Authority:
         lockdown = self._core.state.lockdown
         return "" if lockdown is None else f"the site is locked down by {lockdown.by or 'an operator'}"
 
-    def _lack(self, task: Task, requester: str) -> str:
-        """Return what is missing for this person's task to fly, or ""."""
+    def _lack(self, task: Task, requester: str, cause: RuleCause | None) -> str:
+        """Return what is missing for this person's task to fly, or "". Who approved the rules requests what they start."""
         core = self._core
         if core.site.mode != "real":
             return ""
+        if cause is not None:
+            rules = core.state.approvals.get(rules_digest(core.site))
+            if rules is None:
+                return self._lack_of_rules()
+            requester = rules.by
         digest = approval_digest(task, core.site)
         approval = core.state.approvals.get(digest)
         how = f"formiga approve {task.name} --by NAME"
@@ -123,6 +137,12 @@ class Authority:
                 f" ({who}): {how}"
             )
         return ""
+
+    def _lack_of_rules(self) -> str:
+        site = self._core.site
+        who = ", ".join(site.people.get(APPROVERS, ())) or "no approvers are named in site.yaml"
+        what = f"the rules of {site.name} ({short(rules_digest(site))}) are not approved as they are now"
+        return f"{what}; an approver ({who}) must: formiga approve {RULES} --by NAME"
 
     def _lack_of_drafted(self, task: Task, wrote: Drafted, requester: str, approved_by: str) -> str:
         """Return what is missing for a task that a model wrote: the word of one who neither had it written nor requests it."""
@@ -187,7 +207,7 @@ class Authority:
         parent = core.state.tasks.get(task.family.parent) if not task.family.detached else None
         if parent is not None and clock_stands(parent):
             return "held", f"{parent.id}: {', '.join(parent.hold.words)}"
-        lack = self._lack(core.model(task), task.request.by)
+        lack = self._lack(core.model(task), task.request.by, task.request.cause)
         if lack:
             return "not_approved", lack
         if not self.pilot(request) and self._binds(request):

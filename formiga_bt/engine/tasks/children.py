@@ -35,7 +35,9 @@ class Children:
         core = self._core
         parent = core.task(parent_id)
         bundle = core.library.bundle_for(order.task, parent)
-        wish = Submit(order.task, order.params, order.priority or None, parent.request.by, bundle)
+        wish = Submit(
+            order.task, order.params, order.priority or None, parent.request.by, bundle, cause=parent.request.cause
+        )
         if parent.family.depth >= MOST_DEEP:
             why = f"{parent_id} was requested by a task itself, {MOST_DEEP} deep"
             return _refused(order, "too_deep", why, again=False)

@@ -22,6 +22,16 @@ class Intake:
         self._authority = authority
         self._requests = requests
 
+    def check(self, request: Submit) -> None:
+        """Return if a request is let in, whatever its params are.
+
+        Raises:
+            TaskError: not allowed (`Authority.admit`), unknown task, or too many wait already (`busy`).
+        """
+        self._authority.admit(request)
+        if len(self._core.state.requests) >= MAX_QUEUED:
+            raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
+
     def submit(self, request: Submit, parent: TaskRecord | None = None, order: TaskOrder | None = None) -> str:
         """Admit a task, of a person or of a step of its parent; return its id.
 
@@ -30,10 +40,8 @@ class Intake:
                 role cannot be evaluated.
         """
         core = self._core
-        self._authority.admit(request)
+        self.check(request)
         model = core.library.wanted(request)
-        if len(core.state.requests) >= MAX_QUEUED:
-            raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
         values = root_values(core, model, request.params)
         number = core.state.counters.get("task", 0) + 1
         family = TaskFamily()
@@ -53,6 +61,7 @@ class Intake:
                 wait=request.wait,
                 expires=request.expires,
                 params=dict(request.params),
+                cause=request.cause,
             ),
             family=family,
             times=TaskTimes(submitted_at=core.now),

@@ -16,6 +16,7 @@ from formiga_bt.lang.model.expr import (
     why_not_computed,
 )
 from formiga_bt.lang.model.needs import Param, Role, Room, Some
+from formiga_bt.lang.model.rules import Happening, OnEvent, OnPassage, OnSilence, Rule
 from formiga_bt.lang.model.steps import (
     Ask,
     BreakIf,
@@ -82,9 +83,13 @@ __all__ = [
     "FieldSpec",
     "For",
     "Guard",
+    "Happening",
     "If",
     "Loop",
     "Notify",
+    "OnEvent",
+    "OnPassage",
+    "OnSilence",
     "Parallel",
     "Param",
     "Port",
@@ -94,6 +99,7 @@ __all__ = [
     "Retry",
     "Role",
     "Room",
+    "Rule",
     "Sequence",
     "Set",
     "Site",

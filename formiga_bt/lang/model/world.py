@@ -10,6 +10,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place
 from formiga_bt.base.machines import Mobility
 from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.model.rules import Rule
 from formiga_bt.lang.model.steps import Subtree
 from formiga_bt.lang.types import Type
 
@@ -216,6 +217,10 @@ class Site(Struct, frozen=True):
     """The wires that agents are reached by, and the options of each; none: the one that ships (`base.wires`)."""
     accept_missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Wire -> guarantees of mode real that the site does without."""
+    rules: Mapping[str, Rule] = field(default_factory=dict)
+    """Its standing rules, of the site file and of `rules/` beside it."""
+    rules_digest: str = ""
+    """SHA-256 (hex) over what the rules say; "" = there are none."""
     mode: Literal["simulation", "real"] = "simulation"
     file: str = ""
     digest: str = ""

@@ -37,5 +37,8 @@ def load_site_text(
     """Read the text of a site file; `file` is its name in marks, and `catalogue` has the types of its agents."""
     problems = Problems()
     keys = read_root(text, file, SITE, problems, what="site", owner="a site", begin="formiga_site: 1")
-    site = SiteReader(problems, keys, catalogue, file).read(text) if keys is not None else None
-    return (None if problems.has_errors() else site), in_order(problems.found), {file: text}
+    if keys is None:
+        return None, in_order(problems.found), {file: text}
+    reader = SiteReader(problems, keys, catalogue, file)
+    site = reader.read(text)
+    return (None if problems.has_errors() else site), in_order(problems.found), {file: text, **reader.sources}

@@ -52,6 +52,7 @@ SITE: Final = (
     Option("pilots", "value", "The pilots: {id, max_airborne}; required in mode real."),
     Option("people", "map", "Site roles and the people who have them."),
     Option("agents", "map", "The agents: {type, home, at}."),
+    Option("rules", "map", "Standing rules: {on, of, for, request, with, priority, at_most}."),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("accept_missing", "map", "What mode real does without: wire -> guarantees that it lacks."),
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),

@@ -13,6 +13,7 @@ from formiga_bt.lang.covered import covered_by_site
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
 from formiga_bt.lang.model import AgentType, Port, Resource, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
+from formiga_bt.lang.rules.keys import FOLDER as RULES
 from formiga_bt.lang.shipped import types_help
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
@@ -39,8 +40,12 @@ from formiga_bt.lang.text.synonyms import nearest, surely
 class SiteReader(Points):
     """Reads the keys of one site file."""
 
+    sources: dict[str, str]
+    """Texts of the files of its rules, by name, once it is read."""
+
     def read(self, text: str) -> Site:
         """Build the site; where something is wrong it has been reported and is left out."""
+        self.sources = {}
         check_version(self.keys, "formiga_site", "this site needs")
         if "actions" in self.keys:
             check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
@@ -89,7 +94,20 @@ class SiteReader(Points):
         )
         if not self.problems.has_errors():
             self._check(site)
+            site = self._with_rules(site)
         return replace(site, covered=covered_by_site(site))
+
+    def _with_rules(self, site: Site) -> Site:
+        """Return the site with its standing rules; without a catalogue nothing can be said of them."""
+        beside = Path(self.file).parent / RULES
+        if self.catalogue is None or not ("rules" in self.keys or beside.is_dir()):
+            return site
+        from formiga_bt.lang.rules.reading import Rules  # it reads tasks, which know what a site is
+
+        rules = Rules(site, self.catalogue, self.problems)
+        found, digest = rules.all(self.entries("rules"))
+        self.sources.update(rules.sources)
+        return replace(site, rules=found, rules_digest=digest)
 
     def _check(self, site: Site) -> None:
         types = machines(site, self.catalogue.types) if self.catalogue is not None else []

@@ -8,6 +8,7 @@ from formiga_bt.lang.model import Expr, Param
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.records import CHILD
 from formiga_bt.lang.request.aliases import by_alias
+from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.steps.parts import Part, read_save
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import (
@@ -29,7 +30,7 @@ def read_request(body: Body, keys: Keys) -> Part | None:
     others = body.world.others
     if at is None or others is None:
         return None
-    params = others.params(at.text, lambda node: _params(node, body.world))
+    params = task_params(others, at.text, body.world)
     if params is None:
         known = others.names()
         own = others.called(at.text)
@@ -44,7 +45,7 @@ def read_request(body: Body, keys: Keys) -> Part | None:
         return None
     others.asked.setdefault(at.text, at)
     waits = "wait" not in keys or keys.flag("wait")
-    part: Part = {"task": at.text, "args": _read_args(body, keys, params, at), "wait": waits}
+    part: Part = {"task": at.text, "args": read_args(body, keys, params, at), "wait": waits}
     part["needs"] = others.roles(at.text)
     if "priority" in keys:
         part["priority"] = keys.word("priority")
@@ -54,11 +55,17 @@ def read_request(body: Body, keys: Keys) -> Part | None:
     return part
 
 
-def _params(node: Node, world: World) -> dict[str, Param]:
-    return read_params(node, world, Problems())
+def task_params(others: Neighbours, name: str, world: World) -> dict[str, Param] | None:
+    """Return the params of a task that may be requested; None: there is none of that name."""
+
+    def read(node: Node) -> dict[str, Param]:
+        return read_params(node, world, Problems())
+
+    return others.params(name, read)
 
 
-def _read_args(body: Body, keys: Keys, params: Mapping[str, Param], at: Scalar) -> dict[str, Expr]:
+def read_args(body: Body, keys: Keys, params: Mapping[str, Param], at: Scalar) -> dict[str, Expr]:
+    """Read what a task is given, under the key `with`; report what does not fit its params, and what is missing."""
     by_name = by_alias(params)
     mapping = read_mapping(keys["with"].value, body.problems, "with") if "with" in keys else None
     args: dict[str, Expr] = {}

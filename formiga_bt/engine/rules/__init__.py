@@ -1,0 +1,1 @@
+"""Standing rules at work: what happens to agents, and the tasks that are requested then."""
