@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from formiga_bt.show import facts as f
 
 T = TypeVar("T")
+RULE: Final = "rule:"
 GONE: Final = "no_such_route"
 
 
@@ -150,10 +151,12 @@ class Client(Calls):
         return self.get(TaskDetail, f"/v1/tasks/{segment(task_id)}")
 
     def explanation(self, of: str) -> "f.Explanation":
-        """Return why a task, or else an agent, stands as it does."""
+        """Return why a task, or else an agent, stands as it does; or a rule (`rule:sos`)."""
         from formiga_bt.show.facts import Explanation
         from formiga_bt.show.why.near import shortened
 
+        if of.startswith(RULE):
+            return self.get(Explanation, f"/v1/rules/{segment(of.removeprefix(RULE))}/why")
         try:
             return self.get(Explanation, f"/v1/tasks/{segment(of)}/why")
         except UnknownId as unknown:
@@ -171,6 +174,16 @@ class Client(Calls):
     def abort(self, task_id: str, how: str = "", *, by: str = "", confirmed: bool = False) -> str:
         """End a task; return what happens now. `how`: now (no cleanup), or abandon, which must be confirmed."""
         return self._said(f"/v1/tasks/{segment(task_id)}/abort", {"how": how, "confirmed": confirmed, "by": by})
+
+    def rules(self) -> "f.RuleList":
+        """Return the standing rules of the site."""
+        from formiga_bt.show.facts import RuleList
+
+        return self.get(RuleList, "/v1/rules")
+
+    def rule_word(self, rule: str, do: str, *, agent: str = "", by: str = "") -> str:
+        """Say what becomes of something that happened and waits: `start` or `dismiss`; return what happened."""
+        return self._said(f"/v1/rules/{segment(rule)}/{segment(do)}", {"agent": agent, "by": by})
 
     def library(self) -> "f.LibraryList":
         """Return the tasks that can be requested."""

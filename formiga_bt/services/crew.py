@@ -18,7 +18,7 @@ from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import Approval
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
-from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
+from formiga_bt.safety.approval import RULES, TYPED, approval_digest, lands_away, rules_digest
 from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.order_taker import OrderTaker
 from formiga_bt.services.refused import Refused
@@ -133,6 +133,18 @@ class Crew:
                     approval=_approval(digest, found) if found else None,
                 )
             )  # fmt: skip
+        if self._site.rules:
+            digest = rules_digest(self._site)
+            found = given.pop(digest, None)
+            tasks.append(
+                ServedFact(
+                    task=RULES,
+                    digest=digest,
+                    lands_away=(),
+                    drafted=None,
+                    approval=_approval(digest, found) if found else None,
+                )
+            )
         others = tuple(_approval(digest, one) for digest, one in given.items())
         return ApprovalList(mode=self._site.mode, tasks=tuple(tasks), others=others)
 
@@ -144,6 +156,8 @@ class Crew:
                 served, or not typed.
         """
         self._prove(by, secret, self._site.people.get(APPROVERS, ()))
+        if task == RULES and self._site.rules:
+            return self._approve_rules(digest, typed, by, revoke=revoke)
         model = self._tasks.get(task)
         digests = [approval_digest(one, self._site) for one in self._tasks.versions(task)]
         served = approval_digest(model, self._site) if model is not None else ""
@@ -169,6 +183,27 @@ class Crew:
             )
         self._ask(Approve(served, task, by))
         return f"{task} ({served[:TYPED]}) is approved by {by}"
+
+    def _approve_rules(self, digest: str, typed: str, by: str, *, revoke: bool) -> str:
+        """Approve the standing rules of the site, or take that back (`approve`)."""
+        served = rules_digest(self._site)
+        if revoke:
+            self._ask(Approve(digest or served, RULES, by, revoke=True))
+            return f"the approval of the rules ({(digest or served)[:TYPED]}) is taken back"
+        if digest != served:
+            raise Refused(
+                "not_served",
+                f"the engine has other rules: {served[:TYPED]}",
+                "their files changed since the engine read them; it reads them when it starts: formiga down, then formiga up",
+            )
+        if typed != served[:TYPED]:
+            raise Refused(
+                "not_confirmed",
+                "no program approves: `typed` must be the first 8 characters of the digest, as a person typed them",
+                f"formiga approve {RULES} --by {by or 'NAME'} shows what there is to read, and asks",
+            )
+        self._ask(Approve(served, RULES, by))
+        return f"the rules ({served[:TYPED]}) are approved by {by}"
 
     def duties(self) -> PilotList:
         """Return the site's pilots: how many machines each may have, has, and since when each is on duty."""

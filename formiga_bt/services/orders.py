@@ -26,12 +26,14 @@ from formiga_bt.engine.kernel.records import Priority, Question, TaskRecord, Tas
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.model.rules import RULE_PREFIX
 from formiga_bt.lang.request.aliases import find_task
 from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import shown
+from formiga_bt.services.rules import RuleDesk
 from formiga_bt.services.standing import lockdown_fact, order_fact, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
@@ -123,6 +125,7 @@ class ServiceOrders:
         self._keys: OrderedDict[str, _Keyed] = OrderedDict()
         self._keys_lock = threading.Lock()
         self.stops = Stops(self.ask, view, site, driver.now, catalogue)
+        self.rules = RuleDesk(self.ask, view, site, driver.now)
         self.desk_people: set[str] = set()
         self.telling = Telling(desk, self.desk_people, view, site, catalogue, driver.now)
         self.closed_for = ""
@@ -322,6 +325,23 @@ class ServiceOrders:
                 raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
             because = tuple(replace(line, agent=agent) for line in self._because(state, agent, now))
         return Explanation(of=agent, status=record.pool, because=because)
+
+    def why_rule(self, name: str) -> Explanation:
+        """Explain a standing rule: what waits, what it watches, and what became of what happened.
+
+        Raises:
+            Refused: unknown.
+        """
+        now = self._driver.now()
+        with self._view.reading() as state:
+            if name not in state.rules:
+                near = nearest(name, list(state.rules))
+                raise Refused(
+                    "unknown_rule", f"there is no rule '{shortened(name)}'", hint_for("unknown_rule"), near=near
+                )
+            of = f"{RULE_PREFIX}{name}"
+            said, lines = explain(state, self._tasks, of, now, catalogue=self._catalogue)
+        return Explanation(of=of, status=said.removeprefix(of).strip(), because=tuple(lines))
 
     def _because(self, state: EngineState, of: str, now: Micros) -> tuple[Because, ...]:
         _, lines = explain(

@@ -9,6 +9,8 @@ NOT_KEPT: Final = "not kept: the journal cannot be written, and an engine that i
 """Follows the answer to an order that was carried out all the same."""
 HINTS: Final[Mapping[str, str]] = {
     "unknown_task": "formiga tasks lists them",
+    "unknown_rule": "formiga rules lists them",
+    "not_waiting": "formiga rules lists what waits",
     "not_approver": "name approvers in site.yaml under people: approvers; the engine reads it when it starts",
     "unknown_pilot": "name pilots in site.yaml under pilots; the engine reads it when it starts",
     "unknown_agent": "formiga agents lists them",

@@ -97,7 +97,7 @@ def command(
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
-    tasks = with_requested(task, lambda path: _checked(path, world)[0])
+    tasks = with_requested(task, lambda path: _checked(path, world)[0], the_site)
     rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
     spending = RunSpending(most_steps, most_seconds)
     rehearsal.driver.listeners.append(spending.feed)

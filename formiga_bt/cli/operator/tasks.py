@@ -82,9 +82,9 @@ def _held(causes: Sequence[str], ordered: Collection[str]) -> list[str]:
 
 
 def _family(task: TaskFact) -> str:
-    """Return which version a task runs if there are several, who requested it, and whom it requested."""
+    """Return which version a task runs if there are several, which task or rule requested it, and whom it requested."""
     parts = [task.versions] if task.versions else []
-    parts += [f"of {task.parent}"] if task.parent else []
+    parts += [f"of {task.parent}"] if task.parent else [f"by {task.by}"] if task.by.startswith("rule:") else []
     return ", ".join(parts + ([f"requested {' '.join(task.children)}"] if task.children else []))
 
 

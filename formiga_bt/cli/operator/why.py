@@ -17,7 +17,9 @@ OPEN = ("PENDING", "ASSIGNED", "ACTIVE")
 
 
 def command(
-    task: Annotated[str, typer.Argument(help="A task's id, for example PickUp-12, or an agent's.", metavar="ID")],
+    task: Annotated[
+        str, typer.Argument(help="A task's id, for example PickUp-12, an agent's, or rule:NAME.", metavar="ID")
+    ],
     as_json: JsonOption = False,
     site: SiteOption = None,
     url: UrlOption = "",

@@ -31,7 +31,15 @@ from formiga_bt.cli.options import print_table
 from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.cli.proving import as_header, check_secret, own_secret
 from formiga_bt.client import Client, connect
-from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
+from formiga_bt.safety.approval import (
+    RULES,
+    TYPED,
+    approval_digest,
+    lands_away,
+    others_than,
+    rules_digest,
+    same_person,
+)
 from formiga_bt.safety.drafted import Drafted
 from formiga_bt.services.kept.drafted import known_below, texts_of, who_drafted
 from formiga_bt.show.clean import cleaned
@@ -44,7 +52,9 @@ APPROVERS = "approvers"
 
 
 def command(
-    task: Annotated[str, typer.Argument(help="A task file, or the name of a task.", metavar="[TASK]")] = "",
+    task: Annotated[
+        str, typer.Argument(help="A task file, the name of a task, or rules: the standing rules.", metavar="[TASK]")
+    ] = "",
     by: Annotated[str, typer.Option(help="Who approves: one of the site's `people: approvers`.", metavar="NAME")] = "",
     revoke: Annotated[bool, typer.Option("--revoke", help="Take the approval back.")] = False,
     listed: Annotated[bool, typer.Option("--list", help="List what is approved.")] = False,
@@ -75,6 +85,9 @@ def command(
         raise UnusableFile(
             f"say what and who: formiga approve TASK --by {_approvers(world.site)}    or: formiga approve --list"
         )
+    if task == RULES:
+        _approve_rules(runtime, site, world.site, by, revoke=revoke)
+        return
     found = _task(task, site, world)
     digest = approval_digest(found, world.site)
     _check(world.site, by)
@@ -83,16 +96,48 @@ def command(
         typer.echo("\n".join(summary(found, world, digest, wrote)))
         _check_another(world.site, found.name, wrote, by)
         _ask(found.name, digest)
-    body = {"task": found.name, "by": by, "digest": digest, "typed": digest[:TYPED], "revoke": revoke}
+    _say(runtime, site, world.site.name, found.name, digest, by, revoke=revoke)
+    show_next("formiga approve --list", f"formiga run {found.name}")
+
+
+def _say(runtime: Path, site: Path, name: str, what: str, digest: str, by: str, *, revoke: bool) -> None:
+    """Give a person's word to the engine of the site, or keep it where the next one finds it."""
+    body = {"task": what, "by": by, "digest": digest, "typed": digest[:TYPED], "revoke": revoke}
     secret = own_secret(by)
-    with _keeper(runtime, site, world.site.name) as client:
+    with _keeper(runtime, site, name) as client:
         said = (
             client.post(OrderDone, "/v1/approvals", body, headers=as_header(secret)).text
             if client is not None
             else _keep(runtime, body, secret)
         )
     typer.echo(said)
-    show_next("formiga approve --list", f"formiga run {found.name}")
+
+
+def _approve_rules(runtime: Path, site: Path, of: "Site", by: str, *, revoke: bool) -> None:
+    """Approve the standing rules of a site, all of them as they are."""
+    if not of.rules:
+        raise UnusableFile(f"{site} has no rules", help="rules: in the site file, or files in rules/ beside it")
+    _check(of, by)
+    digest = rules_digest(of)
+    if not revoke:
+        typer.echo("\n".join(summary_of_rules(of, digest)))
+        _ask(RULES, digest)
+    _say(runtime, site, of.name, RULES, digest, by, revoke=revoke)
+    show_next("formiga approve --list", "formiga rules")
+
+
+def summary_of_rules(site: "Site", digest: str) -> list[str]:
+    """Return what a person should know before rules may request tasks, in lines."""
+    files = dict.fromkeys((*(rule.mark.file for rule in site.rules.values()), site.file))
+    lines = [f"the rules of {site.name}", "  made of", *(f"    {name}" for name in files), f"  digest  {digest}"]
+    for rule in site.rules.values():
+        after = f" for {rule.after_us / 1e6:g} s" if rule.after_us else ""
+        of = ", ".join(rule.of) or "any"
+        args = ", ".join(f"{name}: {expr.source}" for name, expr in rule.args.items())
+        lines.append(f"  {rule.name}: on {rule.source}{after}, of {of}")
+        lines.append(f"    requests {rule.task} ({args}), priority {rule.priority or 'its own'}, at most {rule.limit}")
+    lines.append("  you are the requester of these tasks: one that lands away from home needs another approver")
+    return lines
 
 
 def _check(site: "Site", by: str) -> None:

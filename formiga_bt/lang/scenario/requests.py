@@ -57,7 +57,16 @@ class RequestReader:
             found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts, wait, expires))
         for own, name in self._asked.items():
             self._add_requested(self.tasks[own], name)
+        self._add_of_rules()
         return found
+
+    def _add_of_rules(self) -> None:
+        """Add what the standing rules of the site request."""
+        for rule in self.book.site.rules.values():
+            if rule.task not in self.tasks and rule.file:
+                at = Scalar(rule.task, rule.mark)
+                self.tasks[rule.task] = task = self._load(Path(rule.file), at)
+                self._add_requested(task, at)
 
     def _add_requested(self, task: Task | None, name: Scalar) -> None:
         """Add what a task requests; of two with one name the scenario's own counts."""

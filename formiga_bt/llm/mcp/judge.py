@@ -165,7 +165,7 @@ def flown(task: "Task", loaded: Loaded, ground: ServedSite, job: JudgeJob, progr
         raise FormigaError("\n\n".join([*(render(p, sources) for p in problems), f"{task.name} was not started"]))
     scripts = {who: [{"match": "*", "options": said}] for who, said in _answers(job.answers, ground).items()}
     specs = fleet_of(ground.site, ground.catalogue, scripts=scripts)
-    tasks = with_requested(task, lambda path: _usable(ground.load_file(path)))
+    tasks = with_requested(task, lambda path: _usable(ground.load_file(path)), ground.site)
     rehearsal = Rehearsal(simulated(ground.site), ground.catalogue, tasks, specs)
     try:
         rehearsal.run_for(1.0)

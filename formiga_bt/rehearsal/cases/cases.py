@@ -74,6 +74,8 @@ class Expect:
     notices: tuple[str, ...] | None = None
     """A part of each notice's text, in order."""
     crashes: int = 0
+    rules: Mapping[str, int] = field(default_factory=dict)
+    """How many tasks each of these standing rules requested."""
 
 
 @dataclass(frozen=True, slots=True)

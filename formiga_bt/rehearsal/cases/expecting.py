@@ -6,7 +6,7 @@ from typing import cast, get_args
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Fail, Task
 from formiga_bt.lang.scenario.book import Book
-from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_word, read_words, shorten
+from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_number, read_word, read_words, shorten
 from formiga_bt.rehearsal.cases.cases import GAP, Expect, GoalRule, Standing
 from formiga_bt.rehearsal.cases.codes import read_code
 from formiga_bt.rehearsal.cases.options import EXPECT
@@ -33,7 +33,20 @@ def read_expect(book: Book, task: Task, goals: Sequence[GoalRule] = ()) -> Expec
         keys.whole("answers_asked") if "answers_asked" in keys else None,
         _notices(keys),
         keys.whole("crashes"),
+        _rules(book, keys),
     )
+
+
+def _rules(book: Book, keys: Keys) -> dict[str, int]:
+    known, found = book.site.rules, {}
+    for one in keys.entries("rules"):
+        number = read_number(one.value, book.problems, one.key.text)
+        if one.key.text not in known:
+            what = f"the site has no rule '{shorten(one.key.text)}'{did_you_mean(one.key.text, known)}"
+            book.problems.add("E010", one.key.mark, what, f"rules: {quoted_list(known)}" if known else "")
+        elif number is not None:
+            found[one.key.text] = int(number)
+    return found
 
 
 def _own_words(task: Task) -> list[str]:

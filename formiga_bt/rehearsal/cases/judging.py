@@ -39,6 +39,7 @@ def judge(case: Case, came: Came) -> list[Differs]:
         *_people(case, came),
         *_standings(case, came),
         *_safety(case, came),
+        *_rules(case, came),
     ]
     found += [Differs("answers", "", _never(rule), rule=rule) for rule in came.unused]
     found += [Differs("answers", "", text) for text in came.no_use]
@@ -157,6 +158,13 @@ def _standings(case: Case, came: Came) -> Iterator[Differs]:
             if not is_so:
                 who = name if id_ == name else f"{name} ({id_})"
                 yield Differs("end_state", f"{who} {wanted}", standing(agent))
+
+
+def _rules(case: Case, came: Came) -> Iterator[Differs]:
+    for rule, wanted in case.expect.rules.items():
+        found = came.rules.get(rule, 0)
+        if found != wanted:
+            yield Differs("rules", f"{rule} {wanted}", str(found))
 
 
 def _safety(case: Case, came: Came) -> Iterator[Differs]:

@@ -63,6 +63,7 @@ EXPECT: Final = (
     Option("max_time", "value", "The longest it may take.", type="duration", least=0.0),
     Option("answers_asked", "value", "How many questions its asks put.", type="int", least=0),
     Option("notices", "value", "A part of the text of each notice, in order."),
+    Option("rules", "map", "How many tasks standing rules of the site requested, by rule."),
     Option("crashes", "value", "How many crashes (0).", type="int", least=0),
 )
 STANDINGS: Final = ("grounded", "airborne", "at_port", "parked_away", "quarantined")

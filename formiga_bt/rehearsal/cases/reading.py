@@ -111,7 +111,7 @@ class _Reader:
             return None
         with self.problems.within(task.name):
             cases = self._cases(keys, task, site)
-        _, *requested = with_requested(task, lambda path: self._load(path, site))
+        _, *requested = with_requested(task, lambda path: self._load(path, site), site)
         return CaseFile(self._file, task, site, self._catalogue, tuple(cases), tuple(requested))
 
     def _site(self, keys: Keys) -> Site | None:

@@ -1,5 +1,6 @@
 """Plays one case: the production engine on the virtual clock, the site's simulated agents, and the case's mocks before them."""
 
+from collections import Counter
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -64,6 +65,8 @@ class Came:
     """Where in the tree the failure was."""
     refused_orders: tuple[str, ...] = ()
     given_up: str = ""
+    rules: Mapping[str, int] = field(default_factory=dict)
+    """How many tasks each standing rule requested."""
     """Why it was given up before its time, and which loop used most."""
 
 
@@ -122,6 +125,7 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         tuple(mocks.used.no_use),
         story.mark_of(task.outcome.failure.step) if task is not None and task.outcome.failure is not None else None,
         tuple(f"{order.order} {order.target} was refused: {why}" for _, order, why in played.orders if why),
+        rules=Counter(t.request.cause.rule for t in state.tasks.values() if t.request.cause and not t.family.parent),
     )
 
 

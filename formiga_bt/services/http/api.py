@@ -29,6 +29,7 @@ from formiga_bt.services.http import (
     openapi,
     order_routes,
     past_routes,
+    rule_routes,
     seeing_routes,
 )
 from formiga_bt.services.http.crowd import Crowd
@@ -51,6 +52,7 @@ STATUS: Final = {
     "unknown_fleet": 404,
     "unknown_type": 422,
     "unknown_home": 422,
+    "unknown_rule": 404,
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
@@ -157,6 +159,7 @@ def application(host: Host) -> FastAPI:
     fleet_routes.add(routes, host.members)
     seeing_routes.add(routes, host.source)
     past_routes.add(routes, host.past)
+    rule_routes.add(routes, host.orders)
     _people(routes, host.orders)
     library_routes.add(routes, host.loading, host.refused)
     _engine(routes, host)

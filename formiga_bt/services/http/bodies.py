@@ -89,6 +89,12 @@ class AllOrderBody(ByBody):
     order: Literal["hold", "return", "land", "continue"]
 
 
+class RuleBody(ByBody):
+    """A word on what a standing rule has waiting; `agent`: to whom it happened, needed if several wait."""
+
+    agent: Name = ""
+
+
 class LockdownBody(ByBody):
     """Press lockdown: machines in the air do `how`; or release it."""
 

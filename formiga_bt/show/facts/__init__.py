@@ -36,6 +36,7 @@ from formiga_bt.show.facts.orders import (
     TaskList,
     TaskRequested,
 )  # fmt: skip
+from formiga_bt.show.facts.rules import FiringFact, RuleFact, RuleList, RuleWaitFact
 from formiga_bt.show.facts.service import (
     EngineHealth,
     EngineLoad,
@@ -74,10 +75,11 @@ from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepSta
 __all__ = [
     "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box", "Chart",
     "CheckFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact",
-    "FileSpot", "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
-    "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact",
-    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList",
-    "ResourceFact", "RunningStep", "ServedFact", "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus",
-    "Style", "StyledSpan", "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline",
-    "Top", "Track", "VersionFact", "Waiting",
+    "FileSpot", "FiringFact", "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList",
+    "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact",
+    "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem",
+    "QuestionFact", "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact",
+    "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail",
+    "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "VersionFact",
+    "Waiting",
 ]  # fmt: skip

@@ -10,6 +10,7 @@ from formiga_bt.engine.kernel.library import newest_of
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Task
+from formiga_bt.lang.model.rules import RULE_PREFIX
 from formiga_bt.show.facts import ActionFact, Because
 from formiga_bt.show.why.aside import earlier_runs
 from formiga_bt.show.why.chosen import chosen
@@ -17,6 +18,7 @@ from formiga_bt.show.why.ended import outcome
 from formiga_bt.show.why.goals import silent
 from formiga_bt.show.why.machine import why_machine
 from formiga_bt.show.why.near import nearest, shortened
+from formiga_bt.show.why.rules import headline, requested_by_rule, why_rule
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import WhyScene
 from formiga_bt.show.why.stopped import away, locked, stopped
@@ -34,12 +36,12 @@ def explain(
     desk: Collection[str] = (),
     actions: Sequence[ActionFact] = (),
 ) -> tuple[str, list[Because]]:
-    """Return how a task or an agent stands (`PickUp-3 ACTIVE HELD`), and the chain of causes, most important first.
+    """Return how a task, an agent or a rule (`rule:sos`) stands (`PickUp-3 ACTIVE HELD`), and the causes, most important first.
 
     Args:
         state: of the engine.
         models: the checked tasks by name; an unknown one is explained without its file's lines.
-        of: id of the task or agent.
+        of: id of the task or agent, or `rule:NAME`.
         now: engine time.
         catalogue: as `WhyScene`.
         wall: as `WhyScene`.
@@ -58,7 +60,11 @@ def explain(
     agent = state.agents.get(of)
     if agent is not None:
         return f"{agent.id} {agent.pool}", _not_itself(of, why_machine(scene, agent))
-    raise unknown(of, [*state.tasks, *state.agents], "task or agent")
+    rule = state.rules.get(of.removeprefix(RULE_PREFIX)) if of.startswith(RULE_PREFIX) else None
+    if rule is not None:
+        return headline(scene, rule), _not_itself(of, why_rule(scene, rule))
+    rules = [f"{RULE_PREFIX}{name}" for name in state.rules]
+    raise unknown(of, [*state.tasks, *state.agents, *rules], "task, agent or rule" if rules else "task or agent")
 
 
 def _not_itself(of: str, lines: Sequence[Because]) -> list[Because]:
@@ -84,6 +90,7 @@ def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:
             *waiting(scene, task),
             *_older(scene, task),
             *_requested(task),
+            *requested_by_rule(scene, task),
             *earlier_runs(task),
         ]
     over = task.section == "done"
@@ -92,7 +99,14 @@ def why_task(scene: WhyScene, task: TaskRecord) -> list[Because]:
         lines += [*away(scene), *stopped(scene, task)]
         lines += silent(scene, _agents_of(scene, task))
         lines += running(scene, task)
-    return [*lines, *chosen(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]
+    return [
+        *lines,
+        *chosen(scene, task),
+        *_older(scene, task),
+        *_requested(task),
+        *requested_by_rule(scene, task),
+        *earlier_runs(task),
+    ]
 
 
 def _older(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:

@@ -64,7 +64,9 @@ def tasks_in(here: Path, world: Composed) -> list[Task]:
 class Ruled(Bench):
     """A bench of a site with rules: picker_1 in the square, watcher_1, and the tasks of its folder."""
 
-    def __init__(self, here: Path, *rules: str, tasks: tuple[str, ...] = (HELP,), mode: str = "mode: simulation\n") -> None:
+    def __init__(
+        self, here: Path, *rules: str, tasks: tuple[str, ...] = (HELP,), mode: str = "mode: simulation\n"
+    ) -> None:
         world = site_in(here, *rules, tasks=tasks, mode=mode)
         assert world.site is not None, world.diagnostics
         super().__init__(world.site, world.catalogue, tasks_in(here, world))
