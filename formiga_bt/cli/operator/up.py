@@ -113,6 +113,9 @@ def command(
     texts: dict[str, dict[str, str]] = {}
     served, refused = read_library(tasks, beside, world, texts, check_options(site, actions or ()))
     warn_of_waits(served, world)
+    for rule in world.site.rules.values():
+        if rule.task not in served:
+            typer.echo(f"warning: rule:{rule.name} requests {rule.task}, which is not served: {rule.mark}\n", err=True)
     people = _people(desk or [], world)
     from formiga_bt.engine.drivers.failpoints import named
     from formiga_bt.services.collector import Collector
