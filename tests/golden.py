@@ -30,6 +30,7 @@ NORMAL = (
     (re.compile(r"(?<=127\.0\.0\.1:)\d{4,5}\b|(?<=127\.0\.0\.1', )\d{4,5}\b"), "<n>"),
     (re.compile(rf"\b{os.getpid()}\b"), "<n>"),
     (re.compile(r"\b[0-9a-f]{64}\b|\b(?=[a-f]*[0-9])(?=[0-9]*[a-f])[0-9a-f]{8}([0-9a-f]{8})?\b"), "<digest>"),
+    (re.compile(r"(?<=\()[0-9]{8}(?=\))"), "<digest>"),  # one without a letter
 )
 HEAD = "# What people read of this room, one entry a test. Written by pytest --update-golden: read it, do not edit it."
 

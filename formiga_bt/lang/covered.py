@@ -19,7 +19,18 @@ from formiga_bt.lang.walk import all_roles, orders
 
 _NOT_OF_TYPE: Final = ("actions", "label", "fields", "suspect_after_us", "lost_after_us")
 """Of a type: the actions that are used are covered each by itself; the others say nothing of where a machine goes."""
-_NOT_OF_SITE: Final = ("agents", "pilots", "people", "transports", "preflight", "file", "digest", "covered", "rules", "rules_digest")
+_NOT_OF_SITE: Final = (
+    "agents",
+    "pilots",
+    "people",
+    "transports",
+    "preflight",
+    "file",
+    "digest",
+    "covered",
+    "rules",
+    "rules_digest",
+)
 """Of a site: who is there, who may do what, and how they are reached."""
 
 
