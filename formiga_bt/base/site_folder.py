@@ -12,6 +12,7 @@
 | `secrets.json` | of each person with a secret of their own: its hash |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
 | `fleet.jsonl` | who added which agent to the fleet, and removed it: a line each, never changed |
+| `discovered.jsonl` | actions that agents announced, that no catalogue has, and that tasks may use: a line each |
 | `fleets.jsonl` | fleets that were saved by name: a line each, the last of a name counts |
 | `bundles/` | tasks that were loaded into the engine while it ran (`services.kept.bundles`) |
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
@@ -51,9 +52,9 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.base.unusable_files import set_unusable_aside
 
 __all__ = [
-    "APPROVALS", "COUNTERS", "FLEET", "FLEETS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT", "RESERVE",
-    "EngineAddress", "SiteFolder", "append_line", "check_free", "find_engines", "find_folders", "is_running", "journal_of",
-    "read_address", "read_lines", "write_durably",
+    "APPROVALS", "COUNTERS", "DISCOVERED", "FLEET", "FLEETS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT",
+    "RESERVE", "EngineAddress", "SiteFolder", "append_line", "check_free", "find_engines", "find_folders", "is_running",
+    "journal_of", "read_address", "read_lines", "write_durably",
 ]  # fmt: skip
 
 FOLDER: Final = ".formiga"
@@ -67,6 +68,7 @@ RETRY_S: Final = 1.0
 """What could not be written is tried again after this."""
 APPROVALS: Final = "approvals.jsonl"
 FLEET: Final = "fleet.jsonl"
+DISCOVERED: Final = "discovered.jsonl"
 FLEETS: Final = "fleets.jsonl"
 JOURNAL: Final = "journal.db"
 JOURNAL_AT: Final = "journal.at"

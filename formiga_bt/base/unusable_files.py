@@ -93,6 +93,10 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "approvals.jsonl": (_is_lines, "what it approved is not approved any more: approve anew"),
     "fleet.jsonl": (_is_lines, "who was added to the fleet is known from the journal only: formiga agents add ID"),
     "fleets.jsonl": (_is_lines, "fleets that were saved are gone: formiga agents save NAME"),
+    "discovered.jsonl": (
+        _is_lines,
+        "actions that agents announced are unknown until they do so again: formiga catalogue",
+    ),
     "drafted.jsonl": (_is_lines, "which tasks a model wrote is known from their files and from the journal only"),
     "journal.at": (_is_text, "the journal is looked for in the runtime folder; name it: --journal FILE|URL"),
     "flights.jsonl": (_is_lines, "a new flight log begins"),

@@ -69,6 +69,7 @@ _TABLE = (
     Verb("handback", "orders.handback", "Give a machine back that a pilot had taken over."),
     Verb("preflight", "orders.preflight", "Show whether machines are ready to fly."),
     Verb("agents", "operator.agents", "List machines and people; clear one."),
+    Verb("catalogue", "operator.catalogue", "List types and actions, and what agents announced."),
     Verb("approve", "orders.approve", "Approve a task for flights on a real site."),
     Verb("access", "orders.access", "Set the secret with which a person approves and goes on duty."),
     Verb("duty", "orders.duty", "Put a pilot on duty, or take them off."),

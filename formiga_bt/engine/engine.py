@@ -199,6 +199,10 @@ class Engine:
                 refuse_if_full(self.core, given)
                 self.fleet.membership.take(given)
                 return Done()
+            case inp.Learn():
+                refuse_if_full(self.core, given)
+                self.fleet.discovery.learn(given)
+                return Done()
             case inp.Serve():
                 refuse_if_full(self.core, given)
                 for change in self.core.library.serve(given, self.core.open):

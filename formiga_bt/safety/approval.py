@@ -9,7 +9,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
+from formiga_bt.base.errors import TaskError
 from formiga_bt.lang.model import ActionSpec, Call, Catalogue, Do, Expr, Site, Step, Task
+from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.lang.walk import all_roles, bare, children
 
 TYPED: Final = 8
@@ -43,6 +45,18 @@ def rules_digest(site: Site) -> str:
     for part in (site.rules_digest, site.covered):
         digest.update(f"{len(part)}:{part}\n".encode())
     return digest.hexdigest()
+
+
+def check_approver(site: Site, by: str) -> None:
+    """Refuse the word of somebody who is no approver of a site.
+
+    Raises:
+        TaskError: `not_approver`.
+    """
+    approvers = site.people.get(APPROVERS, ())
+    if by not in approvers:
+        known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
+        raise TaskError("not_approver", f"{by or 'somebody'} is no approver of {site.name}; it has {known}")
 
 
 def needs_another(task: Task, catalogue: Catalogue, *, by_program: bool = False) -> bool:

@@ -19,7 +19,7 @@ from formiga_bt import __version__
 from formiga_bt.base.clock import passed_us
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
-from formiga_bt.base.site_folder import APPROVALS, FLEET, SiteFolder
+from formiga_bt.base.site_folder import APPROVALS, DISCOVERED, FLEET, SiteFolder
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
@@ -29,8 +29,9 @@ from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Resumed
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.restart.resume import copy_of
+from formiga_bt.lang.growing import growing
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.services import beginning, crew, members
+from formiga_bt.services import beginning, crew, discovered, members
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
@@ -118,7 +119,7 @@ class EngineHost:
         self.site = site
         self.refused = tuple(refused)
         self.error: BaseException | None = None
-        self._catalogue = catalogue
+        self._catalogue = growing(catalogue)
         self._tasks = Bundles(tasks)
         self._speed = speed
         self._http = http
@@ -180,6 +181,7 @@ class EngineHost:
         now_us, counters = self._folder.marks()
         self.epoch = self._last_epoch = self.journaling.take()
         self._engine_id = self._folder.engine_id()
+        discovered.restore(self._folder.path, self._catalogue, self.site)
         self._restore_tasks()
         served = dict(self._tasks)
         self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
@@ -236,6 +238,7 @@ class EngineHost:
         self._opened.append(self.past.close)
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue, self.proofs)
         self.members = members.Members(self._folder.path, self.driver, self.view, self.site, self.proofs)
+        self.catalogue = discovered.CatalogueOrders(self.driver, self.view, self.site, self._catalogue, self.proofs)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
@@ -312,6 +315,8 @@ class EngineHost:
             self._folder.add_line(APPROVALS, line)
         for line in members.lines_of(step):
             self._folder.add_line(FLEET, line)
+        for line in discovered.lines_of(step):
+            self._folder.add_line(DISCOVERED, line)
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)

@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[2] / "formiga_bt"
-MAY_ASK: Final = {"cli/orders/access.py", "cli/orders/approve.py", "cli/orders/duty.py"}
+MAY_ASK: Final = {
+    "cli/orders/access.py",
+    "cli/orders/approve.py",
+    "cli/operator/catalogue.py",
+    "cli/operator/members.py",
+    "cli/orders/duty.py",
+}
 PROGRAMS: Final = ("llm/**/*.py", "cli/integrator/mcp.py", "cli/author/draft*.py")
 WORDS: Final = ("formiga-secret", "formiga_secret", "person_secrets", "secrets.json", "cli.proving", "services.proving")
 

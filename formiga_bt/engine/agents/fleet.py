@@ -17,6 +17,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m
 from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
+from formiga_bt.engine.agents.discovery import Discovery
 from formiga_bt.engine.agents.membership import Membership
 from formiga_bt.engine.agents.own_fields import take_fields
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
@@ -60,6 +61,7 @@ class Fleet:
         self._people = people
         self._clearances = clearances
         self._admission = Admission(core, goals)
+        self.discovery = Discovery(core)
         self.membership = Membership(core, self._admission)
         self._process_identity = ProcessIdentity(core, goals)
         self._repeats = Repeats(core)
@@ -76,6 +78,7 @@ class Fleet:
             lacks: what that wire does not guarantee.
         """
         core = self._core
+        self.discovery.hear(card)
         old = core.state.agents.get(card.id)
         if old is None:
             self._admission.admit(card, wall, wire, lacks)

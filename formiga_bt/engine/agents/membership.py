@@ -10,7 +10,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import AddAgent, RemoveAgent
 from formiga_bt.engine.kernel.records import Member
 from formiga_bt.lang.model import AgentType
-from formiga_bt.lang.site.keys import APPROVERS
+from formiga_bt.safety.approval import check_approver
 
 
 class Membership:
@@ -30,20 +30,13 @@ class Membership:
         """
         if given.agent in self._core.site.agents:
             raise TaskError("in_site_file", f"{given.agent} stands in the site file: change it there")
-        if isinstance(given, RemoveAgent):
-            self._check(given.by)
-            self._remove(given)
-        else:
-            if not given.at:
-                self._check(given.by)
+        restored = isinstance(given, AddAgent) and given.at
+        if self._core.site.mode == "real" and not restored:
+            check_approver(self._core.site, given.by)
+        if isinstance(given, AddAgent):
             self._add(given)
-
-    def _check(self, by: str) -> None:
-        site = self._core.site
-        approvers = site.people.get(APPROVERS, ())
-        if site.mode == "real" and by not in approvers:
-            known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
-            raise TaskError("not_approver", f"{by or 'somebody'} is no approver of {site.name}; it has {known}")
+        else:
+            self._remove(given)
 
     def _add(self, given: AddAgent) -> None:
         core = self._core

@@ -15,6 +15,7 @@ from formiga_bt.engine.kernel.records import (
     Approval,
     ClearanceRecord,
     Deadline,
+    Discovered,
     GoalRecord,
     Lockdown,
     Member,
@@ -113,6 +114,13 @@ class MemberPut(Struct, frozen=True, tag=True):
 
     agent: str
     member: Member | None
+
+
+class DiscoveredPut(Struct, frozen=True, tag=True):
+    """An action that no catalogue has stands so."""
+
+    action: str
+    discovered: Discovered
 
 
 class DraftedPut(Struct, frozen=True, tag=True):
@@ -259,5 +267,5 @@ Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
-    | WakesPut | MemberPut | RulePut | RuleWatchPut
+    | WakesPut | MemberPut | DiscoveredPut | RulePut | RuleWatchPut
 )  # fmt: skip

@@ -21,7 +21,7 @@ from formiga_bt.engine.kernel.index import DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
 from formiga_bt.engine.kernel.news import News
-from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Paused, TaskPart, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, Deadline, Discovered, GoalRecord, Paused, TaskPart, TaskRecord
 from formiga_bt.engine.kernel.state import APPLY, EngineState, apply_heard, board_of
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
@@ -34,6 +34,7 @@ from formiga_bt.engine.kernel.timers import (
     UpdateDue,
     WallTimer,
 )
+from formiga_bt.lang.growing import grow, growing, read_announced
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, SiteAgent, Task
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.nodes.memory import Mem
@@ -90,7 +91,9 @@ class Core:
         self.site = site
         self.engine_id = ""
         """Which engine this is, as its driver was told; "": it has no name."""
-        self.catalogue = catalogue
+        self.catalogue: Final = growing(catalogue)
+        for name, found in state.discovered.items():
+            self._learn(name, found)
         self.models = tasks if isinstance(tasks, Bundles) else Bundles(tasks)
         self.library = Library(state, tasks, self.models)
         self.state = state
@@ -300,6 +303,19 @@ class Core:
         found = self.library.of(task)
         assert found is not None, f"the model of {task.id} ({task.name} {task.request.bundle[:8]}) was not added"
         return found
+
+    def discover(self, action: str, found: Discovered) -> None:
+        """Note an action that no catalogue has; once it is known, the catalogue has it."""
+        self.emit(ch.DiscoveredPut(action, found))
+        self._learn(action, found)
+
+    def _learn(self, action: str, found: Discovered) -> None:
+        usable = found.known and (
+            self.site.mode == "simulation" or found.by
+        )  # a simulation's word is none where it is real
+        spec, _ = read_announced(action, found.text) if usable else (None, [])
+        if spec is not None:
+            grow(self.catalogue, spec, found.types)
 
     def listed(self, agent_id: str) -> SiteAgent | None:
         """Return what the site file says of an agent, or the person who added it to the fleet; None = nobody lists it."""

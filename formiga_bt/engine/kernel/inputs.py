@@ -132,6 +132,13 @@ class RemoveAgent(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class Learn(Struct, frozen=True, tag=True):
+    """A person lets tasks use an action that agents announced and that no catalogue has."""
+
+    action: str
+    by: str = ""
+
+
 class AgentSeenInput(Struct, frozen=True, tag="AgentSeen"):
     """An agent announced itself."""
 
@@ -304,7 +311,7 @@ class Behind(Struct, frozen=True, tag=True):
 
 
 Input = (
-    Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | AgentSeenInput
+    Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | Learn | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
     | RuleOrder

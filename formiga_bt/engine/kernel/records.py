@@ -118,6 +118,23 @@ class Member(Struct, frozen=True, kw_only=True):
     """When, engine time."""
 
 
+class Discovered(Struct, frozen=True, kw_only=True):
+    """An action that agents announce and that no catalogue of the site has."""
+
+    text: str
+    """As a catalogue would write it."""
+    types: tuple[str, ...]
+    """Of the agents that announce it."""
+    agents: tuple[str, ...]
+    fault: str = ""
+    """Why it cannot be used, or empty."""
+    known: bool = False
+    """Tasks may use it."""
+    by: str = ""
+    """Who said so; "" = the site is in mode simulation."""
+    at: Micros = 0
+
+
 class Recovering(Struct, frozen=True):
     """The way home of one agent at its release: the number of the try, and how it stands."""
 

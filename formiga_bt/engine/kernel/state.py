@@ -19,6 +19,7 @@ from formiga_bt.engine.kernel.records import (
     Approval,
     ClearanceRecord,
     Deadline,
+    Discovered,
     GoalRecord,
     Lockdown,
     Member,
@@ -70,6 +71,8 @@ class EngineState(Struct):
     """pilots on duty -> since when (`mode: real`)"""
     members: dict[str, Member] = field(default_factory=dict)
     """agents that people added to those of the site file"""
+    discovered: dict[str, Discovered] = field(default_factory=dict)
+    """actions that agents announce and that no catalogue has"""
     drafted: dict[str, Drafted] = field(default_factory=dict)
     """bundle of a task that a model wrote -> who asked for it"""
     library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
@@ -196,6 +199,11 @@ def _member(state: EngineState, board: Blackboard, change: ch.MemberPut) -> None
     board.touch("/site/members")
 
 
+def _discovered(state: EngineState, board: Blackboard, change: ch.DiscoveredPut) -> None:
+    state.discovered[change.action] = change.discovered
+    board.touch("/site/discovered")
+
+
 def _drafted(state: EngineState, board: Blackboard, change: ch.DraftedPut) -> None:
     state.drafted[change.bundle] = change.drafted
     board.touch("/site/drafted")
@@ -315,6 +323,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.ApprovalPut: _approval,
         ch.DutyPut: _duty,
         ch.MemberPut: _member,
+        ch.DiscoveredPut: _discovered,
         ch.DraftedPut: _drafted,
         ch.LibraryPut: _library,
         ch.ScopePut: _scope,

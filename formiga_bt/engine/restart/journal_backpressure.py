@@ -12,6 +12,7 @@ from formiga_bt.engine.kernel.inputs import (
     Duty,
     Input,
     JournalState,
+    Learn,
     LockdownOrder,
     NotifyPeople,
     Operator,
@@ -58,7 +59,15 @@ def begins_something(given: Input) -> bool:
     All others act also then: they stop what is under way, or let it come to its end.
     """
     match given:
-        case Submit() | Serve() | AddAgent() | RuleOrder(do="start") | Operator("restart") | LockdownOrder("release"):
+        case (
+            Submit()
+            | Serve()
+            | AddAgent()
+            | Learn()
+            | RuleOrder(do="start")
+            | Operator("restart")
+            | LockdownOrder("release")
+        ):
             return True
         case Approve(revoke=revoke):
             return not revoke

@@ -26,6 +26,7 @@ from formiga_bt.safety.approval import (
     RULES,
     TYPED,
     approval_digest,
+    check_approver,
     needs_another,
     others_than,
     rules_digest,
@@ -58,12 +59,7 @@ class Authority:
 
     def _approve(self, given: Approve) -> None:
         core = self._core
-        approvers = core.site.people.get(APPROVERS, ())
-        if given.by not in approvers:
-            known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
-            raise TaskError(
-                "not_approver", f"{given.by or 'somebody'} is no approver of {core.site.name}; it has {known}"
-            )
+        check_approver(core.site, given.by)
         old = core.state.approvals.get(given.digest)
         if given.revoke:
             if old is None:

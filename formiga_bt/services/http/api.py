@@ -20,9 +20,11 @@ from starlette.exceptions import HTTPException
 from formiga_bt import __version__
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.services.crew import Crew
+from formiga_bt.services.discovered import CatalogueOrders
 from formiga_bt.services.feed import Feed, FeedEvent
 from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http import (
+    catalogue_routes,
     crew_routes,
     fleet_routes,
     library_routes,
@@ -50,6 +52,7 @@ STATUS: Final = {
     "unknown_pilot": 404,
     "unknown_event": 404,
     "unknown_fleet": 404,
+    "unknown_action": 404,
     "unknown_type": 422,
     "unknown_home": 422,
     "unknown_rule": 404,
@@ -93,6 +96,7 @@ class Host(Protocol):
     orders: ServiceOrders
     crew: Crew
     members: Members
+    catalogue: CatalogueOrders
     loading: Loading
     source: Source
     past: past_routes.PastReader
@@ -157,6 +161,7 @@ def application(host: Host) -> FastAPI:
     order_routes.add(routes, host.orders.stops)
     crew_routes.add(routes, host.crew)
     fleet_routes.add(routes, host.members)
+    catalogue_routes.add(routes, host.catalogue)
     seeing_routes.add(routes, host.source)
     past_routes.add(routes, host.past)
     rule_routes.add(routes, host.orders)

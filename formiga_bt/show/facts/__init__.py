@@ -5,7 +5,15 @@ here, and travels as JSON (facts that come in thousands leave out fields that ha
 microseconds (`Micros`), places metres east, north and up of the base station, angles degrees, percent 0..100.
 """
 
-from formiga_bt.show.facts.fleet import FleetFact, FleetList, FleetLoaded, MemberFact
+from formiga_bt.show.facts.fleet import (
+    CatalogueFact,
+    DiscoveredFact,
+    FleetFact,
+    FleetList,
+    FleetLoaded,
+    MemberFact,
+    TypeFact,
+)  # fmt: skip
 from formiga_bt.show.facts.history import (
     BlackboardFact,
     Chart,
@@ -73,13 +81,13 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box", "Chart",
-    "CheckFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact",
-    "FileSpot", "FiringFact", "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList",
-    "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact",
-    "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem",
-    "QuestionFact", "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact",
-    "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail",
-    "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "VersionFact",
-    "Waiting",
+    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box",
+    "CatalogueFact", "Chart", "CheckFact", "DiscoveredFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad",
+    "EventFact", "Explanation", "FailureFact", "FileSpot", "FiringFact", "FleetFact", "FleetList", "FleetLoaded",
+    "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "MemberFact",
+    "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList",
+    "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList", "ResourceFact", "RuleFact", "RuleList",
+    "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus",
+    "Style", "StyledSpan", "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline",
+    "Top", "Track", "TypeFact", "VersionFact", "Waiting",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ from uuid import uuid4
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.machines import Mobility
 from formiga_bt.base.wires import GUARANTEES
+from formiga_bt.transport.cards import CardAction
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,
@@ -78,13 +79,16 @@ class Wire:
         self._site = ""
         self._wake: Callable[[], None] = lambda: None
 
-    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", mobility: Mobility = "air") -> Machine:
+    def add(
+        self, agent: str, kind: str, at: Place, *, control: str = "engine", mobility: Mobility = "air",
+        besides: tuple[CardAction, ...] = (),
+    ) -> Machine:  # fmt: skip
         with self._lock:
             machine = self.machines[agent] = Machine(agent, kind, at, f"{agent}-{self.boot}")
             machine.control = control
             machine.site = self._site
             actions = ("Confirm",) if mobility == "people" else ACTIONS
-            card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=actions, mobility=mobility)
+            card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=(*actions, *besides), mobility=mobility)
             self._inbox.append(AgentSeen(card))
             self._inbox.append(StatusArrived(machine.status()))
         self._wake()
