@@ -292,7 +292,7 @@ class Engine:
             case tm.WayDue(goal):
                 self.gatekeeper.room.waited_enough(goal)
             case tm.AsideDue(goal):
-                self.gatekeeper.room.step_aside(goal)
+                self.gatekeeper.waited(goal)
             case tm.PortDue(goal):
                 self.gatekeeper.room.port_waited(goal)
             case tm.EscalationDue(question):

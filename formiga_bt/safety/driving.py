@@ -3,7 +3,8 @@
 Zones are the fence and the no-go regions; the speed is the one that the goal asks for; the charge is reckoned for the straight
 way and from its end to the nearest charging station, in time over the ground times `drive_drain_pct_s` of the type.
 The corridor is the straight way with `min_spacing` around it: while another machine of another task stands or drives in it, a
-goal waits. A machine that avoids obstacles by itself would not need that; no card says so yet.
+goal waits. Two that both keep away from obstacles by themselves (`avoids` of their cards) share the ground, and two that are
+both on the site's routes have their nodes and edges.
 Pure; called by the gate (`in_the_way`), by what it asks of the limits (`at_gate`), and at each status (`while_driving`).
 """
 
@@ -38,6 +39,8 @@ class Drive(Struct, frozen=True, kw_only=True, gc=False):
     drain_pct_s: float = 0.0
     """Points of charge a second while it drives; 0 = not known, and the charge is not reckoned."""
     chargers: tuple[Place, ...] = ()
+    onward_m: float | None = None
+    """On routes: how far it is from `to` to where it drives in the end, and on to a charging station; None: straight."""
     rescue: bool = False
     """A goal of recover: it is not judged by its charge, and may lead out of a breach."""
 
@@ -105,7 +108,9 @@ def _charge(drive: Drive, to: Place, speed: float, rules: Rules) -> Breach | Non
     if drive.battery is None:
         return Breach("reserve", f"the charge of {drive.agent} is not known")
     pace = speed if speed > 0.0 else 1.0
-    home_m = min((horizontal_m(to, one) for one in drive.chargers), default=0.0)
+    home_m = drive.onward_m
+    if home_m is None:
+        home_m = min((horizontal_m(to, one) for one in drive.chargers), default=0.0)
     need = (horizontal_m(drive.here, to) + home_m) / pace * drive.drain_pct_s
     left = drive.battery - rules.reserve_pct
     if need <= left:
@@ -124,14 +129,34 @@ def ways_over(start: Position, leg: Way | None, area: TakenArea | None) -> tuple
 
 
 def in_the_way(
-    agent: str, task: str, ways: Sequence[Way], area: TakenArea | None, traffic: Sequence[Traffic], keep_m: float
+    agent: str,
+    task: str,
+    ways: Sequence[Way],
+    area: TakenArea | None,
+    traffic: Sequence[Traffic],
+    keep_m: float,
+    *,
+    on_routes: bool = False,
+    avoids: bool = False,
 ) -> str:
     """Return the machine of another task that stands, drives, starts or lands in the way of who drives, or "".
 
     One that is too near already may be left, never be come nearer to.
+
+    Args:
+        agent: who drives.
+        task: for which task.
+        ways: where.
+        area: what it goes about in.
+        traffic: the others.
+        keep_m: how far apart they stay.
+        on_routes: it drives on the site's routes, which keep it apart from others on them.
+        avoids: it keeps away from obstacles by itself: it shares the ground with others that do.
     """
     for other in traffic:
         if other.agent == agent or (other.task and other.task == task):
+            continue
+        if (on_routes and other.on_routes) or (avoids and other.avoids):
             continue
         theirs = [(_low(spot), _low(spot)) for spot in other.spots]
         theirs += [(_low(a), _low(b)) for a, b in other.ways if min(a.up_m, b.up_m) < LOW_M]

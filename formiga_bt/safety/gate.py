@@ -81,6 +81,10 @@ class GateInput(Struct, frozen=True, kw_only=True, gc=False):
     ports: tuple[Place, ...] = ()
     """Ports near the target and the position, for a goal that lands or starts rotors."""
     home: Place | None = None
+    on_routes: bool = False
+    """It drives from where it is on the site's routes along an edge of them."""
+    avoids: bool = False
+    """The machine keeps away from obstacles by itself."""
     exempt_clearance: bool = False
     """It carries out the stop `land`, which waits for nobody."""
 
@@ -165,7 +169,9 @@ def _drive(
     leg = None if target is None else (start, Position(target.east_m, target.north_m, 0.0))
     area = area_of(ask.region.corners, 0.0, start) if target is None and ask.region is not None else None
     ways = driving.ways_over(start, leg, area)
-    blocker = driving.in_the_way(ask.agent, ask.task, ways, area, traffic, min_spacing_m)
+    blocker = driving.in_the_way(
+        ask.agent, ask.task, ways, area, traffic, min_spacing_m, on_routes=ask.on_routes, avoids=ask.avoids
+    )
     return Hold("leg_busy", blocker) if blocker else Go(leg, area)
 
 

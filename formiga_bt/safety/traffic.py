@@ -55,6 +55,10 @@ class Traffic(Struct, frozen=True, gc=False):
     """Its next climb from the ground: one may fly through it, but not stop in it, else both may wait for ever."""
     order: int = 0
     """Of its admission: who is named first of several in the way."""
+    on_routes: bool = False
+    """It is on the site's routes, whose nodes and edges keep it apart from all others on them."""
+    avoids: bool = False
+    """It keeps away from obstacles by itself."""
 
     @property
     def reach(self) -> Box:
@@ -78,6 +82,9 @@ def traffic_of(
     order: int = 0,
     spot: Place | None = None,
     also: Way | None = None,
+    *,
+    on_routes: bool = False,
+    avoids: bool = False,
 ) -> Traffic:
     """Return a machine as traffic.
 
@@ -92,6 +99,8 @@ def traffic_of(
         order: of its admission.
         spot: where it waits to land.
         also: another way that it may be on.
+        on_routes: it is on the site's routes.
+        avoids: it keeps away from obstacles by itself.
     """
     ways: list[Way] = []
     spots: list[Place] = [] if spot is None else [spot]
@@ -113,7 +122,9 @@ def traffic_of(
     if also is not None and also[1].up_m <= GROUND_M:
         spots.append(also[1].ground)
     around = bounds(ways if column is None else [*ways, column], area)
-    return Traffic(agent, task, landed, position, tuple(ways), area, tuple(spots), *around, column, order)
+    return Traffic(
+        agent, task, landed, position, tuple(ways), area, tuple(spots), *around, column, order, on_routes, avoids
+    )
 
 
 def bounds(ways: Iterable[Way], area: TakenArea | None = None) -> tuple[Box, float, float]:

@@ -60,6 +60,7 @@ class Admission:
             refused_actions=refusals(card, core.catalogue),
             on_link_loss="" if card.mobility not in MOVING else card.on_link_loss,
             limits=dict(card.limits),
+            avoids=card.avoids,
             present=True,
             wire=wire,
             lacks=lacks,

@@ -28,6 +28,7 @@ from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.passages import Passages
 from formiga_bt.engine.goals.people import People
+from formiga_bt.engine.goals.routing import Routing
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import TakeOverHold
 from formiga_bt.engine.kernel.core import Core
@@ -66,6 +67,7 @@ class Fleet:
         self._process_identity = ProcessIdentity(core, goals)
         self._repeats = Repeats(core)
         self._passages = Passages(core)
+        self._routing = Routing(core)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int, wire: str = "", lacks: tuple[str, ...] = ()) -> None:
@@ -94,6 +96,7 @@ class Fleet:
                 actions=self._admission.known(card),
                 on_link_loss=card.on_link_loss,
                 limits=dict(card.limits),
+                avoids=card.avoids,
                 heard_wall=wall or old.heard_wall,
             )
         self._mark_alive(card.id, wall)
@@ -154,6 +157,7 @@ class Fleet:
             landed=status.landed,
             stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
             inside=self._passages.seen(agent, status.position),
+            on_route=self._routing.seen(agent, status.position, stands=_stands(agent, status)),
             lost_leg=None if _stands(agent, status) else agent.lost_leg,
             lost_area=None if _stands(agent, status) else agent.lost_area,
             control=status.control,
@@ -432,7 +436,7 @@ class Fleet:
             return
         task_id = agent.task
         core.report(Leaves(agent_id))
-        core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="")
+        core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="", aside="")
         if agent.may_be_airborne:
             self.warn_of(agent, why, task_id)
         elif why == "cancel_unconfirmed":
@@ -454,7 +458,7 @@ class Fleet:
             return
         core.put_agent(
             agent_id, landed="grounded", position=None, stood_at=None, layer_m=None, lost_leg=None, lost_area=None,
-            inside=(),
+            inside=(), on_route=(), aside="",
             quarantine=REMOVED if agent.pool == "QUARANTINED" else agent.quarantine,
         )  # fmt: skip
         core.effect(
@@ -549,7 +553,7 @@ class Fleet:
         if agent.shared or agent.pool == "QUARANTINED":
             return
         task_id = agent.task
-        agent = core.put_agent(agent_id, task="", role="", pool="STANDBY")
+        agent = core.put_agent(agent_id, task="", role="", pool="STANDBY", aside="")
         if agent.landed == "grounded":
             core.put_agent(agent_id, layer_m=None)
             if not self.at_port(agent):

@@ -7,6 +7,8 @@
 | ground, parked | inside the fence, in no no-go region | the same, else where it stands | at a station, if there is one |
 | ground, anywhere | where it stands | as parked | as parked |
 | fixed, none | where it stands | its place | at once |
+
+On routes a machine belongs at a station or a node marked `park`, and comes home to the nearest one that is free.
 """
 
 from formiga_bt.base.geo import Place, horizontal_m
@@ -25,6 +27,9 @@ def home_of(core: Core, agent: AgentRecord) -> Place | None:
         station = _station_of(core, agent)
         if station is not None:
             return station.at
+        end = _end_of(core, agent)
+        if end is not None:
+            return end
     listed = core.listed(agent.id)
     if agent.mobility == "fixed" and listed is not None and listed.at is not None:
         return listed.at
@@ -50,10 +55,29 @@ def is_in_its_place(core: Core, agent: AgentRecord) -> bool:
         case "docked":
             return is_at_home(core, agent)
         case "parked":
-            at = agent.position
-            return at is None or not any(zone.is_broken_at(at) for zone in core.airspace.ground_zones)
+            at, graph = agent.position, core.route_graph
+            if at is None:
+                return True
+            if graph is not None and agent.on_route and not graph.end_at(at):
+                return False  # in the way of others
+            return not any(zone.is_broken_at(at) for zone in core.airspace.ground_zones)
         case _:
             return True
+
+
+def _end_of(core: Core, agent: AgentRecord) -> Place | None:
+    """Return where routes let a machine stay that has no station: where it stands, or the nearest node that is free."""
+    graph, at = core.route_graph, agent.position
+    if graph is None or at is None:
+        return None
+    here = graph.end_at(at)
+    free = [end for end in graph.ends if end not in core.site.stations and not core.index.on_route.of(end)]
+    end = (
+        here
+        or graph.nearest(at, free)
+        or graph.nearest(at, [one for one in graph.ends if one not in core.site.stations])
+    )
+    return graph.nodes[end].at if end else None
 
 
 def _stations(core: Core, agent: AgentRecord) -> list[Station]:
@@ -74,6 +98,9 @@ def _station_of(core: Core, agent: AgentRecord) -> Station | None:
     others = [one for one in core.state.agents.values() if one.id != agent.id and one.mobility == "ground"]
     used = [one.position.ground for one in others if one.position is not None]
     used += [end.ground for goal in core.state.goals.values() if goal.agent != agent.id for end in goal.ends]
+    if core.route_graph is not None:
+        goals = (core.state.goals[goal_id] for one, goal_id in core.index.driving.items() if one != agent.id)
+        used += [core.route_graph.nodes[goal.path[-1]].at for goal in goals]
     keep_m = core.site.min_spacing_m
     free = [one for one in known if not any(horizontal_m(one.at, spot) < keep_m for spot in used)]
     return min(free or known, key=lambda one: (horizontal_m(one.at, at), one.name))

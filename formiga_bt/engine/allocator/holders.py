@@ -2,14 +2,18 @@
 
 A block with resources is a job: it needs what blocks inside it may ask for, and the ways home of the machines of its task,
 should that end there. A task with machines is a job that ends after its blocks and the tasks that it requested; it needs what
-any of its steps may ask for. Tasks that hold nothing, and those that ask for nothing further, are in nobody's way.
+any of its steps may ask for. Tasks that hold nothing, and those that ask for nothing further, are in nobody's way. Machines on
+routes (`drives`) are jobs, too: blocks and tasks end after the drives of their machines.
 """
 
 from collections.abc import Iterable, Mapping
 
+from msgspec.structs import replace
+
 from formiga_bt.base.geo import Place, way_enters
 from formiga_bt.engine.allocator.demand import Demand, demand_of
-from formiga_bt.engine.allocator.safe_order import Job, left_waiting
+from formiga_bt.engine.allocator.drives import Drives, Moved
+from formiga_bt.engine.allocator.safe_order import FULLY, Job, can_end, left_waiting
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, AgentRequest, TaskRecord
 from formiga_bt.lang.model import Port, Station, WithResource
@@ -23,6 +27,7 @@ class Holders:
 
     def __init__(self, core: Core) -> None:
         self._core = core
+        self._drives = Drives(core)
         self._demands: dict[tuple[str, str], Demand] = {}
         self._some_ask = False
         """A task was granted in this process, or before it, that asks for something while it holds something."""
@@ -42,7 +47,36 @@ class Holders:
             before = [*before, *roots]
         free = self._free(before, {})
         then = {key: have - request.units.get(key, 0) for key, have in free.items()}
-        return left_waiting(before, after, free, then)
+        return left_waiting(before, after, free, then, self._core.route_graph)
+
+    def held_up_by_way(self, agent: AgentRecord, node: str, to: str) -> str:
+        """Return the machine or task that could end no more if a machine drove on, or "".
+
+        Args:
+            agent: the machine.
+            node: the next node of its way.
+            to: where its way ends.
+        """
+        if self._drives.leaves_at_once(agent, node, to):
+            return ""
+        moved = agent.id, node, to
+        after, before = self._with_drives(moved), self._with_drives(None)
+        free, then = self._free(before, {}), self._free(after, {}, moved)
+        return left_waiting(before, after, free, then, self._core.route_graph)
+
+    def is_stuck(self, agent: AgentRecord) -> bool:
+        """Return whether a machine on the routes could not come to where it is to go, however the others drive on."""
+        jobs = self._with_drives(None)
+        can = can_end(jobs, self._free(jobs, {}), self._core.route_graph)
+        mine = self._drives.job_id(agent.id)
+        return any(job.id == mine and not job.may_stay for job in jobs) and can.get(mine) != FULLY
+
+    def _with_drives(self, moved: Moved | None) -> list[Job]:
+        """Return the jobs that a drive depends on: those of tasks only if any holds a resource."""
+        tasks = self._core.state.tasks
+        if any(tasks[one].resources.claims for one in self._core.open):
+            return self._jobs({}, moved)
+        return self._drives.jobs(moved)
 
     def held_up_by_machines(
         self, requests: Mapping[str, AgentRequest], grants: Iterable[tuple[str, Roles]]
@@ -63,7 +97,8 @@ class Holders:
             more = {a: holder for group in roles.values() for a in group if not core.state.agents[a].human}
             after = self._jobs({**given, **more})
             keys = [*before, *after]
-            waits = left_waiting(before, after, self._free(keys, given), self._free(keys, {**given, **more}))
+            free, then = self._free(keys, given), self._free(keys, {**given, **more})
+            waits = left_waiting(before, after, free, then, core.route_graph)
             if waits:
                 return request_id, waits
             given |= more
@@ -77,11 +112,12 @@ class Holders:
     def _asks(self, task: TaskRecord) -> bool:
         return bool(self._demand_of(task)) or bool(task.resources.claims)
 
-    def _jobs(self, given: Mapping[str, str]) -> list[Job]:
-        """Return who holds something; `given`: machines that are about to be a task's."""
+    def _jobs(self, given: Mapping[str, str], moved: Moved | None = None) -> list[Job]:
+        """Return who holds something; `given`: machines that are about to be a task's, `moved`: one that is to drive on."""
         for task in self._open():
             self._demand_of(task)  # so that every pool that anybody asks for is known
-        agents = self._core.state.agents.values()
+        core = self._core
+        agents = core.state.agents.values()
         machines: dict[str, list[AgentRecord]] = {}
         for agent in agents:
             of = given.get(agent.id) or agent.task
@@ -95,7 +131,15 @@ class Holders:
             blocks = self._blocks(task)
             found += blocks
             found.append(self._root(task, mine, {one.id: None for one in blocks}))
-        return found
+        drives = self._drives.jobs(moved)
+        if not drives:
+            return found
+        first: dict[str, list[str]] = {}
+        for job in drives:
+            if not job.may_stay:
+                first.setdefault(core.state.agents[job.task].task, []).append(job.id)
+        found = [replace(job, after=(*job.after, *first.get(job.task, ()))) for job in found]
+        return [*drives, *found]
 
     def _blocks(self, task: TaskRecord) -> list[Job]:
         claims = task.resources.claims
@@ -193,7 +237,7 @@ class Holders:
         return found
 
     # -- what is free --------------------------------------------------------------------------------------------------
-    def _free(self, jobs: Iterable[Job], given: Mapping[str, str]) -> dict[str, int]:
+    def _free(self, jobs: Iterable[Job], given: Mapping[str, str], moved: Moved | None = None) -> dict[str, int]:
         core = self._core
         free = {name: resource.capacity for name, resource in core.site.resources.items()}
         for task in [core.state.tasks[one] for one in core.open]:
@@ -204,6 +248,7 @@ class Holders:
             for name in agent.inside:
                 if owner is None or name not in owner.resources.units:
                     free[name] = free.get(name, 0) - 1
+        self._drives.take(free, moved)
         pools = dict.fromkeys(key for job in jobs for key in job.needs if key.startswith("@"))
         for pool in pools:
             free[pool] = sum(

@@ -16,6 +16,7 @@ from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
 from formiga_bt.engine.goals.passages import Passages
+from formiga_bt.engine.goals.routing import Routing
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
@@ -37,10 +38,34 @@ class Gatekeeper:
         self._clearances = clearances
         self.view = GateView(core, clearances)
         self.passages = Passages(core)
+        self.routing = Routing(core)
         self.room = AirHolding(core, self.view, clearances, self._send_at_once)
 
     def verdict(self, goal: GoalRecord) -> Verdict:
         """Return what the gate says of a goal now."""
+        return self._look(goal)[1]
+
+    def _look(self, goal: GoalRecord, *, patient: bool = False) -> tuple[GoalRecord, Verdict]:
+        """Return what the gate says of a goal now, and the goal as it would leave: on routes, an edge of its way."""
+        if not self.routing.drives(goal):
+            return goal, self._verdict(goal)
+        still = None if patient else self.routing.still_waits(goal)
+        if still is not None:
+            return goal, still
+        first: Hold | None = None
+        for hop in self.routing.hops(goal, patient=patient):
+            if isinstance(hop, Refuse):
+                return goal, hop
+            found = self._verdict(hop)
+            if isinstance(found, Go):
+                found = self.routing.may_go(hop) or found
+            if not isinstance(found, Hold) or found.code not in ("route_busy", "route_order"):
+                return hop, found
+            first = first or found
+        assert first is not None, f"{goal.id} has no way"
+        return goal, first
+
+    def _verdict(self, goal: GoalRecord) -> Verdict:
         core = self._core
         ask = self.view.ask(goal)
         if ask.mobility == "people":
@@ -99,19 +124,21 @@ class Gatekeeper:
 
     def try_send(self, goal_id: str) -> None:
         """Show a goal to the gate and act on the verdict."""
+        self._act(*self._look(self._core.state.goals[goal_id]))
+
+    def _act(self, goal: GoalRecord, verdict: Verdict) -> None:
         core = self._core
-        goal = core.state.goals[goal_id]
-        match self.verdict(goal):
+        match verdict:
             case Go() as go:
                 back = self.room.approach(goal) if core.action(goal.action).lands else None
                 if back is None:
                     self._send(goal, go)
                 elif isinstance(back, Go):
-                    core.put_goal(goal_id, code="draining", text=core.state.agents[goal.agent].goal)
+                    core.put_goal(goal.id, code="draining", text=core.state.agents[goal.agent].goal)
                 else:
-                    self._waits(goal, back)
+                    self._waits(core.state.goals[goal.id], back)
             case Hold() | Refuse() as no:
-                self._waits(goal, no)
+                self._waits(core.state.goals[goal.id], no)
 
     def _waits(self, goal: GoalRecord, no: Hold | Refuse) -> None:
         """A goal may not go now, or never."""
@@ -125,6 +152,8 @@ class Gatekeeper:
                 self._report_rebooted(goal)
         if no.code == "clearance":
             self._clearances.need(goal)
+        elif goal.path and no.code in ("route_busy", "route_order"):
+            self.routing.waits(goal)
         elif no.code in BUSY:
             self.room.waits(goal)
 
@@ -150,6 +179,7 @@ class Gatekeeper:
         goal = core.put_goal(
             goal.id, state="sent", code="", text="", leg=go.leg, area=go.area, sent_at=core.now, clearance=clearance,
             cleared=place if clearance is not None else None,
+            action=goal.action, fields=goal.fields, rest_of=goal.rest_of, path=goal.path, released=min(1, len(goal.path)),
         )  # fmt: skip
         agent = core.state.agents[goal.agent]
         if not agent.human:
@@ -158,9 +188,10 @@ class Gatekeeper:
             core.put_agent(
                 agent.id, goal=goal.id, action=goal.action,
                 pool="QUARANTINED" if agent.pool == "QUARANTINED" else "EXECUTING ACTION",
-                inside=inside, lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
+                inside=inside, on_route=self.routing.taken(agent, goal),
+                lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
             )  # fmt: skip
-        if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
+        if not goal.repeatable and not goal.goes_on and goal.section == "steps" and goal.task in core.state.tasks:
             core.put_part(goal.task, "restart", spent=True)
         core.effect(self._effect(goal))
         core.set_wall(AcceptDue(goal.id), core.action(goal.action).accept_timeout_us)
@@ -187,6 +218,17 @@ class Gatekeeper:
     def resend(self, goal: GoalRecord) -> None:
         """Send a goal again that its agent never had, under the same id."""
         self._core.effect(self._effect(goal))
+
+    def waited(self, goal_id: str) -> None:
+        """A goal has waited for its way: what drives takes another one or steps aside, what flies goes to another layer."""
+        goal = self._core.state.goals.get(goal_id)
+        if goal is None or not goal.path:
+            self.room.step_aside(goal_id)
+        elif self.routing.has_waited(goal):
+            found = self._look(goal, patient=True)
+            if not isinstance(found[1], Go) and self.routing.step_aside(goal):
+                found = self._look(goal, patient=True)
+            self._act(*found)
 
     # -- time and changes --------------------------------------------------------------------------------------------
     def review(self) -> None:

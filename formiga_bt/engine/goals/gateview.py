@@ -32,7 +32,8 @@ SPARE: Final = 64
 """So many goals that wait no more are never too many to keep in mind."""
 
 _seen = attrgetter(
-    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home", "wire", "lacks"
+    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home", "wire", "lacks",
+    "avoids"
 )  # fmt: skip
 """What a machine's record adds to `GateInput`."""
 _flown = attrgetter(
@@ -146,6 +147,8 @@ class GateView:
             asked=self._is_asked(goal),
             ports=tuple(near),
             home=home.at if home else None,
+            on_routes=bool(goal.path) and self._is_on_routes(agent),
+            avoids=agent.avoids,
             exempt_clearance=spec.cuts or (task is not None and task.system.stop in ("land", "cut")),
         )
 
@@ -246,8 +249,17 @@ class GateView:
             battery=agent.battery,
             drain_pct_s=own.get("drive_drain_pct_s", 0.0),
             chargers=self._core.airspace.chargers,
+            onward_m=self._onward_m(goal),
             rescue=rescue,
         )
+
+    def _onward_m(self, goal: GoalRecord) -> float | None:
+        graph = self._core.route_graph
+        if graph is None or not goal.path:
+            return None
+        stations = [one.name for one in self._core.site.stations.values() if one.charges]
+        left = [graph.to(one).get(goal.path[-1]) for one in stations]
+        return graph.length_m(goal.path) + min((metres for metres in left if metres is not None), default=0.0)
 
     def may_land(self, agent: AgentRecord, spot: Place) -> bool:
         """Return whether a machine may fly straight to a spot and land there: fence, no-fly regions, ground."""
@@ -338,7 +350,13 @@ class GateView:
             agent.order,
             self._landing_spot(agent),
             also,
+            on_routes=area is None and self._is_on_routes(agent),
+            avoids=agent.avoids and agent.mobility == "ground",
         )
+
+    def _is_on_routes(self, agent: AgentRecord) -> bool:
+        graph, here = self._core.route_graph, agent.position
+        return graph is not None and here is not None and any(graph.touches(part, here) for part in agent.on_route)
 
     def _column_m(self, agent: AgentRecord, leg: Way | None) -> float | None:
         spot = leg[1] if leg is not None else agent.position

@@ -76,6 +76,7 @@ class Goals:
         )
         if order.attempt > 1:
             goal = self._rest_of(goal)
+        goal = self._gate.routing.planned(goal)
         core.emit(ch.GoalPut(goal))
         if not goal.ended:
             self._gate.try_send(goal.id)
@@ -148,7 +149,9 @@ class Goals:
         if core.state.goals[goal_id].owner == "!none":
             self.end(goal_id, "taken_over" if code == "taken_over" else "canceled")
             return
-        goal = core.put_goal(goal_id, state="interrupted", code=code, leg=None, cancel_asked=False, cancel_why="")
+        goal = core.put_goal(
+            goal_id, state="interrupted", code=code, leg=None, cancel_asked=False, cancel_why="", released=0
+        )
         self._free_agent(goal)
 
     def go_on(self, goal_id: str) -> None:
@@ -238,6 +241,9 @@ class Goals:
             self.again(goal.id)
             return
         result: dict[str, Any] = {}
+        if event.state == "succeeded" and goal.goes_on and not goal.cancel_asked:
+            self.again(goal.id)
+            return
         if event.state == "succeeded":
             agent = core.state.agents[goal.agent]
             if spec.effect and agent.flies and not _is_past(event):
@@ -265,7 +271,9 @@ class Goals:
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
         else:
-            core.put_goal(goal.id, state="gated", code="epoch", leg=None, n=-1)  # its agent remembers nothing of it
+            core.put_goal(
+                goal.id, state="gated", code="epoch", leg=None, n=-1, released=0
+            )  # its agent remembers nothing of it
             self._free_agent(goal)
         epochs.depose(core, goal.agent, core.state.agents[goal.agent].epoch)
 
@@ -312,7 +320,7 @@ class Goals:
         core = self._core
         self._free_agent(goal)
         core.set_wall(AcceptDue(goal.id), None)
-        core.put_goal(goal.id, state="gated", code="unreachable", leg=None, area=None)
+        core.put_goal(goal.id, state="gated", code="unreachable", leg=None, area=None, released=0)
 
     def end(
         self, goal_id: str, state: str, code: str = "", text: str = "", result: dict[str, Any] | None = None

@@ -64,6 +64,10 @@ class Updates:
         agent = core.state.agents[goal.agent]
         if "update" in agent.lacks:
             raise TaskError("no_update", f"the wire {agent.wire} of {agent.id} cannot change a goal that runs")
+        if goal.path:
+            raise TaskError(
+                "no_update", f"{agent.id} drives on the routes, edge by edge: abort its step, and send it anew"
+            )
         if goal.update is not None:
             raise TaskError("update_open", f"{agent.id} has not answered the last update of {goal_id} yet")
         self._check(goal, fields)

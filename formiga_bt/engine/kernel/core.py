@@ -15,9 +15,10 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.energy import Power, power_of
 from formiga_bt.base.geo import Frame
+from formiga_bt.base.routes import RouteGraph
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import ClearanceHold
-from formiga_bt.engine.kernel.index import DeadlineHeap, Instants, StateIndex
+from formiga_bt.engine.kernel.index import ROUTES, DeadlineHeap, Instants, StateIndex
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
 from formiga_bt.engine.kernel.news import News
@@ -67,6 +68,8 @@ GATE_READS: Final = (
     "inside",
     "wire",
     "lacks",
+    "on_route",
+    "avoids",
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
 
@@ -100,6 +103,8 @@ class Core:
         self.board: Blackboard = board_of(state)
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self.airspace = Airspace(site)
+        self.route_graph = RouteGraph(site.routes) if site.routes.nodes else None
+        """None: machines on the ground drive straight ways."""
         self.guards: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
             {agent.id: agent.guards for agent in site.agents.values() if agent.guards}
         )
@@ -186,6 +191,11 @@ class Core:
             self.moved[new.id] = None
             if new.id in self.guards or (old is not None and old.inside != new.inside):
                 self.stale.add(EVERYTHING)  # who waits for a resource waits for whoever is in it
+        were = old.on_route if old is not None else ()
+        if were != new.on_route:
+            self.index.on_route.put(new.id, new.on_route)
+            if any(part not in new.on_route for part in were):
+                self.stale.add(ROUTES)
         if new.task:
             self._touch_if_released(new)
 

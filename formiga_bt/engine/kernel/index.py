@@ -5,7 +5,7 @@ itself has its entries.
 """
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Final, Generic, TypeVar
 
 from formiga_bt.base.clock import Micros
@@ -18,6 +18,9 @@ Member = TypeVar("Member")
 
 Names = dict[str, None]
 """An ordered set."""
+
+ROUTES: Final = "!routes"
+"""Stands for all that machines take up of the routes."""
 
 SPARE: Final = 64
 """So many dead entries of a heap are never too many."""
@@ -62,6 +65,41 @@ class Groups(Generic[Member]):
         return tuple(self._sets)
 
 
+class RouteUse:
+    """Which machines take up which nodes and edges of the routes."""
+
+    def __init__(self, used: Mapping[str, tuple[str, ...]]) -> None:
+        self._by = Groups[str]()
+        self._parts: dict[str, tuple[str, ...]] = {}
+        self._members: tuple[str, ...] | None = None
+        for agent, parts in used.items():
+            self.put(agent, parts)
+
+    def put(self, agent: str, parts: tuple[str, ...]) -> None:
+        """A machine takes up these now."""
+        old = self._parts.pop(agent, ())
+        for part in old:
+            if part not in parts:
+                self._by.discard(part, agent)
+        for part in parts:
+            if part not in old:
+                self._by.add(part, agent)
+        if parts:
+            self._parts[agent] = parts
+        if bool(old) != bool(parts):
+            self._members = None
+
+    def of(self, part: str) -> tuple[str, ...]:
+        """Return who takes up a node or an edge."""
+        return self._by.of(part)
+
+    def members(self) -> tuple[str, ...]:
+        """Return all that take up any, by their ids."""
+        if self._members is None:
+            self._members = tuple(sorted(self._parts))
+        return self._members
+
+
 class StateIndex:
     """All indexes of one engine's state."""
 
@@ -78,6 +116,10 @@ class StateIndex:
         self.busy: Names = {}
         """and those of them that wait for another machine."""
         self._held_up_by: dict[str, tuple[str, ...]] = {}
+        self.on_route = RouteUse({agent.id: agent.on_route for agent in state.agents.values()})
+        """Who takes up which nodes and edges of the routes."""
+        self.driving: dict[str, str] = {}
+        """Machine -> its open goal that leads along the routes."""
         self.ended: Names = {}
         """Tasks that have ended and are not forgotten yet, in the order of their end."""
         self.free_people: Names = dict.fromkeys(state.agents)
@@ -105,6 +147,10 @@ class StateIndex:
             self._gate(goal)
         elif goal.id in self.gated:
             self._ungate(goal.id)
+        if goal.path and not goal.ended:
+            self.driving[goal.agent] = goal.id
+        elif self.driving.get(goal.agent) == goal.id:
+            del self.driving[goal.agent]
 
     def drop_goal(self, goal_id: str) -> None:
         """A goal is about to be forgotten."""
@@ -112,6 +158,8 @@ class StateIndex:
         if goal is None:
             return
         self._goals.discard(goal.agent, goal_id)
+        if self.driving.get(goal.agent) == goal_id:
+            del self.driving[goal.agent]
         if goal.owner == "!question":
             self._unshown(goal)
         if goal_id in self.gated:
@@ -125,6 +173,8 @@ class StateIndex:
         self.gated[goal.id] = None
         waits = goal.code in BUSY
         names = (goal.agent, goal.text) if waits else (goal.agent,)
+        if goal.code == "route_order":  # any machine that drives on may let it go
+            names = (goal.agent, ROUTES)
         if waits:
             self.busy[goal.id] = None
         else:

@@ -53,7 +53,7 @@ ENDED: Final[frozenset[str]] = frozenset(
 IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
 """Goal states in which the agent has, or may have, the goal. `interrupted` (by a pilot or a stop) waits for a person's word."""
 
-BUSY: Final = ("spot_busy", "leg_busy", "port_busy")
+BUSY: Final = ("spot_busy", "leg_busy", "port_busy", "route_busy")
 """Codes of waits at the gate for another machine."""
 
 STOPPED: Final = "stopped"
@@ -489,6 +489,13 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     stood_at: Place | None = None
     """Where it was last known to stand on the ground: near it, it may be low."""
     control: Control = "unknown"
+    avoids: bool = False
+    """It says that it keeps away from obstacles by itself."""
+    on_route: tuple[str, ...] = ()
+    """Nodes and edges of the site's routes that it takes up: it was sent there, or stands there, and has not said since that it
+    is out of them."""
+    aside: str = ""
+    """An end of the routes that it is to come to first, out of the way of others."""
     inside: tuple[str, ...] = ()
     """Resources with a region that it takes up: it was on its way in, or inside, and has not said since that it is out."""
     word: str = ""
@@ -597,7 +604,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     agent: str
     action: str
     rest_of: str = ""
-    """The action of its step, if this one does what is left of it: the climb of a TakeOff that was broken off in the air."""
+    """The action of its step, if this one does what is left of it (the climb of a TakeOff that was broken off in the air), or
+    an edge of the way to it."""
     task: str = ""
     owner: str = ""
     """Node key to wake; `!task` = the task's drain, `!question` = the queue of questions, `!none` = nobody."""
@@ -633,9 +641,18 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Another way that it may be on: that of its update until it is answered, then the one before until the next status."""
     turned_at: Micros | None = None
     """When its agent took the newest update."""
+    path: tuple[str, ...] = ()
+    """Of a drive on the site's routes: the nodes that are still ahead, the last one where it ends."""
+    released: int = 0
+    """So many of them the machine may drive to; 0 while it waits."""
     clearance: Clearance | None = None
     cleared: Place | None = None
     """The spot that the clearance is for."""
+
+    @property
+    def goes_on(self) -> bool:
+        """Return whether its success is only a part of its way: its step sends another one then."""
+        return bool(self.path and self.rest_of)
 
     @property
     def ended(self) -> bool:

@@ -9,6 +9,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place
 from formiga_bt.base.machines import Mobility
+from formiga_bt.base.routes import Routes
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.rules import Rule
 from formiga_bt.lang.model.steps import Subtree
@@ -192,6 +193,8 @@ class Site(Struct, frozen=True):
     no_go: tuple[Any, ...] = ()
     """Regions that no ground machine enters."""
     stations: Mapping[str, Station] = field(default_factory=dict)
+    routes: Routes = Routes()
+    """On which ground machines drive; without nodes they drive straight ways."""
     relief_m: float = 0.0
     """How much flat ground may rise above the base's ground, metres; with a height file, what that file may be wrong by."""
     heights: Any = None

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from formiga_bt.base.routes import EDGE_WIDTH_M
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model.world import RESUME_HOLD_AFTER_US
 
@@ -19,6 +20,7 @@ SITE: Final = (
     Option("no_fly", "value", "Regions that no flight enters."),
     Option("no_go", "value", "Regions that no ground machine enters."),
     Option("stations", "map", "Places of ground machines: {at, heading, charges, kinds}."),
+    Option("routes", "options", "What ground machines drive on: {nodes, edges}; without it they drive straight ways."),
     Option("terrain", "options", "The ground: {flat: true, relief: 5 m} or {file: heights.asc, relief: 2 m}."),
     Option("layers", "value", "Heights at which drones cross, over the base's ground."),
     Option(
@@ -74,6 +76,19 @@ STATION: Final = (
     Option("heading", "value", "How a machine stands there: true, clockwise from north.", type="angle"),
     Option("charges", "flag", "Whether machines charge there."),
     Option("kinds", "words", "The types that may use it (all)."),
+)
+ROUTES: Final = (
+    Option("nodes", "map", "Points of the routes: {at, park}. Stations are nodes, too.", required=True),
+    Option("edges", "value", "Straight ways between nodes: [a, b] or [a, b, {speed, one_way, width}].", required=True),
+)
+NODE: Final = (
+    Option("at", "value", "Its place.", required=True),
+    Option("park", "flag", "Whether machines may stay there: routes end at such nodes and at stations only."),
+)
+EDGE: Final = (
+    Option("speed", "value", "The most that is driven on it.", type="speed", above=0.0),
+    Option("one_way", "flag", "Whether it is driven from the first node to the second only."),
+    Option("width", "value", "How wide what drives on it is (1 m).", type="distance", above=0.0, default=EDGE_WIDTH_M),
 )
 TERRAIN: Final = (
     Option("flat", "flag", "Whether the ground is flat."),

@@ -20,6 +20,7 @@ from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_bre
 from formiga_bt.lang.site.ground import load_heights
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
 from formiga_bt.lang.site.points import Points
+from formiga_bt.lang.site.routes import read_routes
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.site.wires import read_transports
 from formiga_bt.lang.text.document import Entry, Scalar
@@ -74,6 +75,7 @@ class SiteReader(Points):
             no_fly=tuple(region for region, _ in self.written.no_fly),
             no_go=tuple(region for region, _ in self.written.no_go),
             stations=stations,
+            routes=read_routes(self, stations),
             relief_m=relief,
             heights=heights,
             layers_m=self._layers(),

@@ -16,6 +16,7 @@ from formiga_bt.base.machines import MOVING
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import AgentType, Site
 from formiga_bt.lang.site.envelope import Limit, ceiling, key_of, strictest
+from formiga_bt.lang.site.routes import check_routes
 from formiga_bt.lang.text.reading import Problems
 
 
@@ -30,6 +31,10 @@ class Written(Struct):
     stations: dict[str, Mark] = field(default_factory=dict)
     stands: dict[str, Mark] = field(default_factory=dict)
     """Of agents: where `at` stands."""
+    nodes: dict[str, Mark] = field(default_factory=dict)
+    """Of routes, without the stations,"""
+    edges: dict[str, Mark] = field(default_factory=dict)
+    """and their edges by name."""
     layers: list[tuple[float, Mark]] = field(default_factory=list)
     ports: dict[str, Mark] = field(default_factory=dict)
     waiting: dict[str, Mark] = field(default_factory=dict)
@@ -51,6 +56,8 @@ def check_whole(site: Site, written: Written, types: Iterable[AgentType], proble
     _check_fences(site, written, _stands(site, written), written.no_go, "a no-go region", problems)
     _check_heights_known(site, written, spots, problems)
     _check_apart(site, written, problems)
+    if site.routes.nodes:
+        check_routes(site, written.nodes, written.edges, written.stations, problems)
     _check_layers(site, written, known, problems)
     _check_waiting(site, written, known, problems)
 

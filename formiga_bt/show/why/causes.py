@@ -82,6 +82,8 @@ CAUSES: Final[Mapping[str, str]] = {
     "gate.spot_busy": "another machine is on the spot",
     "gate.port_busy": "another machine is at the port",
     "gate.leg_busy": "another machine is in the way",
+    "gate.route_busy": "another machine is on the routes where the way leads",
+    "gate.route_order": "going on along the routes would keep a machine from ever coming to where it drives",
     "gate.resource_busy": "a resource that the way leads through has no room",
     "gate.no_claim": "the way leads through a resource that the task does not hold",
     "question": "people have not answered yet",
@@ -286,8 +288,10 @@ class _Waits:
                 return agent.rebooted
             case "clearance":
                 return self._clearance(goal)
-            case "leg_busy" | "spot_busy" | "port_busy":
+            case "leg_busy" | "spot_busy" | "port_busy" | "route_busy":
                 return goal.text in state.agents
+            case "route_order":
+                return goal.text in state.agents or goal.text in state.tasks
             case "resource_busy" | "no_claim":
                 return bool(goal.text)
         return False

@@ -18,7 +18,7 @@ from formiga_bt.show.why.standing import doing, given
 from formiga_bt.show.why.waits import waits
 from formiga_bt.show.why.words import HOLDS, quarantine_hint, say, span
 
-BLOCKERS: Final = frozenset({"leg_busy", "spot_busy", "port_busy", "draining"})
+BLOCKERS: Final = frozenset({"leg_busy", "spot_busy", "port_busy", "route_busy", "draining"})
 """Codes of the gate whose text names a machine, or a goal of one."""
 LINKS: Final = 6
 """A chain is followed so far."""

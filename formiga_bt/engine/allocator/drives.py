@@ -1,0 +1,154 @@
+"""Machines on the routes as jobs of the safe order: what each takes up, and where it is still to drive.
+
+A machine with a goal on its way counts as being at the node that it was granted: it comes there whatever others do. One that
+stands where it may stay, and wants nothing, is in the way like one that is lost: nobody counts on its leaving. Reads the core;
+keeps nothing.
+"""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Final
+
+from formiga_bt.base.geo import way_gap_m
+from formiga_bt.base.routes import Entry, RouteGraph
+from formiga_bt.engine.allocator.safe_order import Job, Way
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+
+Moved = tuple[str, str, str]
+"""A machine, the node that it would be at, and where its way ends."""
+
+REACH_M: Final = 0.5
+"""How far a machine reaches from its position, if nothing else is known."""
+
+
+class Drives:
+    """The machines of a site that has routes; no jobs if it has none."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+
+    @staticmethod
+    def job_id(agent: str) -> str:
+        """Return the id of a machine's job."""
+        return f">{agent}"
+
+    def jobs(self, moved: Moved | None) -> list[Job]:
+        """Return a job for each machine that is, or wants to be, on its way; `moved`: with one of them at another node."""
+        graph, core = self._core.route_graph, self._core
+        if graph is None:
+            return []
+        found: list[Job] = []
+        goals = core.index.driving
+        for agent_id in core.index.on_route.members():
+            agent = core.state.agents[agent_id]
+            if moved is not None and agent_id == moved[0]:
+                continue
+            goal = core.state.goals[goals[agent_id]] if agent_id in goals else None
+            job = self._job(agent, goal, graph)
+            if job is not None:
+                found.append(job)
+        if moved is not None and moved[1] != moved[2]:
+            found.append(self._moved(core.state.agents[moved[0]], moved, graph))
+        return found
+
+    def take(self, free: dict[str, int], moved: Moved | None) -> None:
+        """Note in `free` which nodes and edges are, and which machines take up."""
+        graph, core = self._core.route_graph, self._core
+        if graph is None:
+            return
+        free.update(dict.fromkeys(graph.parts, 1))
+        goals = core.index.driving
+        for agent_id in core.index.on_route.members():
+            if moved is not None and agent_id == moved[0]:
+                continue
+            agent = core.state.agents[agent_id]
+            goal = core.state.goals[goals[agent_id]] if agent_id in goals else None
+            for part in self._held(agent, goal):
+                free[part] -= 1
+        if moved is not None:
+            free[moved[1]] -= 1
+
+    def leaves_at_once(self, agent: AgentRecord, node: str, to: str) -> bool:
+        """Return whether a machine could drive on to its end right away, where it is in nobody's way: that harms nobody.
+
+        Whoever could end before it went on can end after it has come there.
+        """
+        core, graph = self._core, self._core.route_graph
+        assert graph is not None
+        if core.site.resources or not graph.is_aside(to):
+            return False
+        on_route, here = core.index.on_route, node
+        for follows in graph.way(node, to) or ():
+            if any(one != agent.id for one in (*on_route.of(follows), *on_route.of(graph.edge_of(here, follows)))):
+                return False
+            here = follows
+        if here != to:
+            return False
+        for other in on_route.members():
+            goal_id = core.index.driving.get(other)
+            if other == agent.id:
+                continue
+            goal = core.state.goals[goal_id] if goal_id is not None else None
+            if (goal is None or goal.path[-1] == to) and not self._stays(core.state.agents[other], goal, graph):
+                return False
+        return True
+
+    # -- parts ---------------------------------------------------------------------------------------------------------
+    def _job(self, agent: AgentRecord, goal: GoalRecord | None, graph: RouteGraph) -> Job | None:
+        if agent.pool == "QUARANTINED" or agent.liveness == "LOST" or agent.position is None:
+            return None
+        entries = self._entries(agent, goal, graph)
+        to = goal.path[-1] if goal is not None else ""
+        stays = len(entries) == 1 and not entries[0].edge and graph.nodes[entries[0].node].is_end
+        if stays and to in ("", entries[0].node):
+            return None
+        holds = dict.fromkeys(self._held(agent, goal), 1)
+        needs = self._needs(agent, entries, to, graph)
+        return Job(self.job_id(agent.id), agent.id, holds, needs, way=Way(entries, to), may_stay=stays)
+
+    def _moved(self, agent: AgentRecord, moved: Moved, graph: RouteGraph) -> Job:
+        _, node, to = moved
+        entries = (Entry(node),)
+        return Job(
+            self.job_id(agent.id), agent.id, {node: 1}, self._needs(agent, entries, to, graph), way=Way(entries, to)
+        )
+
+    def _stays(self, agent: AgentRecord, goal: GoalRecord | None, graph: RouteGraph) -> bool:
+        if agent.pool == "QUARANTINED" or agent.liveness == "LOST" or agent.position is None:
+            return True
+        entries = self._entries(agent, goal, graph)
+        return len(entries) == 1 and not entries[0].edge and graph.nodes[entries[0].node].is_end
+
+    @staticmethod
+    def _entries(agent: AgentRecord, goal: GoalRecord | None, graph: RouteGraph) -> tuple[Entry, ...]:
+        if goal is not None and goal.in_flight and goal.released:
+            return (Entry(goal.path[0]),)
+        assert agent.position is not None
+        return graph.entries(agent.position, agent.on_route)
+
+    @staticmethod
+    def _held(agent: AgentRecord, goal: GoalRecord | None) -> tuple[str, ...]:
+        lost = agent.pool == "QUARANTINED" or agent.liveness == "LOST"
+        if goal is not None and goal.in_flight and goal.released and not lost:
+            return (goal.path[0],)
+        return agent.on_route
+
+    def _needs(self, agent: AgentRecord, entries: tuple[Entry, ...], to: str, graph: RouteGraph) -> Mapping[str, int]:
+        """Return the resources that its way leads through, and that neither it nor its task has."""
+        core = self._core
+        placed = [one for one in core.site.resources.values() if one.region is not None]
+        best = graph.best(entries, to) if placed and to else None
+        if best is None:
+            return {}
+        task = core.state.tasks.get(agent.task)
+        held = task.resources.units if task is not None else {}
+        nodes = [graph.nodes[one].at for one in (best[0].node, *best[1])]
+        ways = list(pairwise(nodes)) or [(nodes[0], nodes[0])]
+        return {
+            one.name: 1
+            for one in placed
+            if one.name not in held
+            and one.name not in agent.inside
+            and any(way_gap_m(a, b, one.region) <= REACH_M for a, b in ways)
+        }
