@@ -5,14 +5,15 @@ large region, so that there are at most some 2,500) whose middle lies in the reg
 camera.
 """
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.base.geo import Place
+from formiga_bt.base.geo import Frame, Place
 
 CELL_M: Final = 5.0
 MOST: Final = 2500
@@ -32,6 +33,45 @@ class Coverage(Struct, frozen=True):
         """Return what the drone says of it, as it passes the wire."""
         count = sum(self.seen)
         return {"coverage": round(100.0 * count / len(self.cells), 1), "cells": len(self.cells), "seen": count}
+
+    def geojson(self, frame: Frame) -> bytes:
+        """Return the cells as a file for maps: two features, `seen: true` and `seen: false`, in degrees.
+
+        Args:
+            frame: of the base.
+        """
+        features = [
+            {
+                "type": "Feature",
+                "properties": {"seen": seen},
+                "geometry": {
+                    "type": "MultiPolygon",
+                    "coordinates": [[self._ring(a, b, frame)] for a, b in self._runs(seen)],
+                },
+            }
+            for seen in (True, False)
+        ]
+        return json.dumps({"type": "FeatureCollection", "features": features}).encode()
+
+    def _runs(self, seen: bool) -> Iterator[tuple[Place, Place]]:
+        """Yield the first and the last cell of each row of neighbours that were seen, or were not."""
+        run: list[Place] = []
+        for cell, was_seen in zip(self.cells, self.seen, strict=True):
+            goes_on = bool(run) and cell.north_m == run[-1].north_m and cell.east_m - run[-1].east_m < 1.5 * self.cell_m
+            if run and not (goes_on and was_seen == seen):
+                yield run[0], run[-1]
+                run = []
+            if was_seen == seen:
+                run.append(cell)
+        if run:
+            yield run[0], run[-1]
+
+    def _ring(self, first: Place, last: Place, frame: Frame) -> list[list[float]]:
+        half = self.cell_m / 2.0
+        west, east, south, north = first.east_m - half, last.east_m + half, first.north_m - half, first.north_m + half
+        corners = (Place(west, south), Place(east, south), Place(east, north), Place(west, north), Place(west, south))
+        degrees = (frame.lat_lng(corner) for corner in corners)
+        return [[round(lng, 7), round(lat, 7)] for lat, lng in degrees]
 
 
 def covered(corners: Sequence[Place], way: Sequence[Place], height_m: float) -> Coverage:

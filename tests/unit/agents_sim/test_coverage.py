@@ -1,12 +1,15 @@
 """What a drone says of a region that it searched: cells, those that it saw, and their share."""
 
+import json
+import math
+
 import pytest
 
 from agents_sim.coverage import MOST, covered
 from agents_sim.kinds import Outcome
 from agents_sim.sweep import sweep
 from agents_sim.world import AgentSpec
-from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.geo import Frame, Place, Position
 from tests.unit.agents_sim.conftest import World, point
 
 SQUARE = [Place(0.0, 0.0), Place(100.0, 0.0), Place(100.0, 100.0), Place(0.0, 100.0)]
@@ -37,6 +40,20 @@ def test_a_region_has_cells_inside_only_and_never_too_many() -> None:
 def test_a_region_smaller_than_a_cell_has_one() -> None:
     tiny = [Place(0.0, 0.0), Place(1.0, 0.0), Place(0.0, 1.0)]
     assert covered(tiny, sweep(tiny, 20.0), 60.0).result() == {"coverage": 100.0, "cells": 1, "seen": 1}
+
+
+def test_the_cells_are_a_file_for_maps() -> None:
+    found = json.loads(covered(SQUARE, sweep(SQUARE, 20.0), 10.0).geojson(Frame(66.5, 25.7)))
+    rings = {f["properties"]["seen"]: [poly[0] for poly in f["geometry"]["coordinates"]] for f in found["features"]}
+    assert sum(map(_area_m2, rings[True])) + sum(map(_area_m2, rings[False])) == pytest.approx(10_000.0, rel=0.01)
+    assert sum(map(_area_m2, rings[True])) == pytest.approx(5_200.0, rel=0.05)
+    assert all(ring[0] == ring[-1] and len(ring) == 5 for ring in (*rings[True], *rings[False]))
+
+
+def _area_m2(ring: list[list[float]]) -> float:
+    """Return the size of a rectangle near the base."""
+    (west, south), (east, north) = ring[0], ring[2]
+    return (east - west) * 111_320.0 * math.cos(math.radians(66.5)) * (north - south) * 111_320.0
 
 
 def explored(world: World, spec: AgentSpec) -> dict[str, object]:
