@@ -52,12 +52,12 @@ def agents(words: Words, task: Task, flight: RehearsedFlight, world: RequestWorl
     if flight.status == "SUCCEEDED":
         yield from _in_turn(words, flight, world)
         if certainly_one_by_one(words):
-            yield from _together(flight)
+            yield from _together(flight, world)
 
 
-def _together(flight: RehearsedFlight) -> Iterator[Shortfall]:
+def _together(flight: RehearsedFlight, world: RequestWorld) -> Iterator[Shortfall]:
     """Find two machines that are in the air at one time; of more than two, the first ones."""
-    spans = sorted((up, down, agent) for agent, own in _flights(flight).items() for up, down in own)
+    spans = sorted((up, down, agent) for agent, own in _flights(flight, world).items() for up, down in own)
     for (_, down, one), (up, _, other) in pairwise(spans):
         if one != other and up < down:
             text = (
@@ -83,7 +83,7 @@ def _in_turn(words: Words, flight: RehearsedFlight, world: RequestWorld) -> Iter
     said = {t for t in types_said(words, world.catalogue) if not types[t].human}
     named = [one for one in words.agents if not types[world.site.agents[one].type].human]
     several = words.speaks_of_more() or len(said) > 1 or len(named) > 1 or any(n > 1 for n in words.counts.values())
-    spans = sorted(_in_the_air(flight).values())
+    spans = sorted(_in_the_air(flight, world).values())
     if not several or len(spans) < 2 or not certainly_at_once(words):
         return
     if may_rest(words) and any(place != "home" for places in flight.landed.values() for place in places):
@@ -96,7 +96,7 @@ def _in_turn(words: Words, flight: RehearsedFlight, world: RequestWorld) -> Iter
         )
 
 
-def _in_the_air(flight: RehearsedFlight) -> Mapping[str, tuple[int, int]]:
+def _in_the_air(flight: RehearsedFlight, world: RequestWorld) -> Mapping[str, tuple[int, int]]:
     """Return when each machine took off first and landed last (microseconds); who waits for a free way is under way, too."""
     found: dict[str, tuple[int, int]] = {}
     if flight.timeline is None:
@@ -105,27 +105,35 @@ def _in_the_air(flight: RehearsedFlight) -> Mapping[str, tuple[int, int]]:
     waits = [one for one in flight.timeline.waits if one.kind in ("gate", "held")]
     if any(not one.agent for one in waits):
         return found
-    for agent in {one.agent for one in rows if one.action == "TakeOff"}:
+    ups, downs = _ups_and_downs(world)
+    for agent in {one.agent for one in rows if one.action in ups}:
         own = [one for one in rows if one.agent == agent]
-        first = min(one.start for one in own if one.action == "TakeOff")
-        landings = [one.end for one in own if one.action == "LandIn" and one.end is not None]
+        first = min(one.start for one in own if one.action in ups)
+        landings = [one.end for one in own if one.action in downs and one.end is not None]
         last = max(landings or [one.end if one.end is not None else flight.timeline.at for one in own])
         waited = [one.start for one in waits if one.agent == agent]
         found[agent] = min([first, *waited]), last
     return found
 
 
-def _flights(flight: RehearsedFlight) -> Mapping[str, list[tuple[int, int]]]:
+def _flights(flight: RehearsedFlight, world: RequestWorld) -> Mapping[str, list[tuple[int, int]]]:
     """Return when each machine took off and landed next (microseconds)."""
     found: dict[str, list[tuple[int, int]]] = {}
     if flight.timeline is None:
         return found
+    ups, lands = _ups_and_downs(world)
     for agent in flight.visited:
         rows = [one for one in flight.timeline.actions if one.agent == agent]
-        downs = sorted(one.end for one in rows if one.action == "LandIn" and one.end is not None)
-        for up in sorted(one.start for one in rows if one.action == "TakeOff"):
+        downs = sorted(one.end for one in rows if one.action in lands and one.end is not None)
+        for up in sorted(one.start for one in rows if one.action in ups):
             found.setdefault(agent, []).append((up, next((one for one in downs if one > up), flight.timeline.at)))
     return found
+
+
+def _ups_and_downs(world: RequestWorld) -> tuple[Set[str], Set[str]]:
+    """Return the actions of the catalogue that begin a flight, and those that end one."""
+    actions = world.catalogue.actions.values()
+    return {one.name for one in actions if one.starts_rotors}, {one.name for one in actions if one.lands}
 
 
 def _may_be_more(words: Words, said_types: Set[str], have: int) -> bool:

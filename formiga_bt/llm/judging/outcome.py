@@ -86,6 +86,8 @@ def _flight(
     for step in rehearsal.steps:
         log.feed(step)
     site = world.site
+    lands = {one.name for one in world.catalogue.actions.values() if one.lands}
+    landings = [row for row in log.rows_of([task_id]) if row.action in lands]
     source = FoldedSource(log.ledger, site, {one.name: one for one in tasks}, world.catalogue)
     record = log.state.tasks[task_id]
     picture, everywhere = source.task(task_id), source.chart()
@@ -113,7 +115,7 @@ def _flight(
         duration_s=round((end - record.times.submitted_at) / 1e6, 1),
         agents=agents,
         visited={one: _visited(way, _without_home(spots, one, site)) for one, way in ways.items()},
-        landed={one: _landings(one, way, log, task_id, spots, site) for one, way in ways.items()},
+        landed={one: _landings(one, way, landings, spots, site) for one, way in ways.items()},
         stands={one: _stand(one, way, log, spots, site) for one, way in ways.items()},
         moved_unasked=tuple(sorted(moved - set(record.agents.granted))),
         asked=tuple(dict.fromkeys(row.agent for row in log.rows_of([task_id]) if row.action == "Confirm" and row.path)),
@@ -227,11 +229,11 @@ def over_first(flight: RehearsedFlight, agent: str, place: str) -> int | None:
 
 
 def _landings(
-    agent: str, way: Sequence[Track], log: "RunLog", task_id: str, spots: Mapping[str, Point], site: Site
+    agent: str, way: Sequence[Track], landings: Iterable["ActionRow"], spots: Mapping[str, Point], site: Site
 ) -> tuple[str, ...]:
     found = []
-    for row in log.rows_of([task_id]):
-        if row.agent == agent and row.action == "LandIn" and row.outcome == "succeeded" and row.end is not None:
+    for row in landings:
+        if row.agent == agent and row.outcome == "succeeded" and row.end is not None:
             at = _at(way, row.end)
             if at is not None:
                 found.append(_named(agent, at, spots, site))
