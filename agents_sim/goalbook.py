@@ -5,7 +5,7 @@ was flown twice, or a person asked twice, reads it here: it is the agents' own a
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -16,6 +16,7 @@ from msgspec import Struct
 from agents_sim.lines import Disk, Lines
 from formiga_bt.agent.pacing import PacedSide
 from formiga_bt.base.clock import Micros
+from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.base import AgentBody, UpdatableBody
 from formiga_bt.transport.messages import TERMINAL, GoalRequest, GoalState
 
@@ -96,12 +97,19 @@ class BookedSide(PacedSide):
     book: GoalBook | None = None
 
     def finish(
-        self, goal_id: str, state: GoalState, *, code: str = "", text: str = "", result: dict[str, Any] | None = None
+        self,
+        goal_id: str,
+        state: GoalState,
+        *,
+        code: str = "",
+        text: str = "",
+        result: dict[str, Any] | None = None,
+        attachments: Sequence[Attachment] = (),
     ) -> None:
         """End a goal, as any side does."""
         if self.book is not None and self.state_of(goal_id) not in {*TERMINAL, "unknown"}:
             self.book.note(goal_id, state)
-        super().finish(goal_id, state, code=code, text=text, result=result)
+        super().finish(goal_id, state, code=code, text=text, result=result, attachments=attachments)
 
 
 def read_books(folder: Path) -> Iterator[GoalNote]:

@@ -2,7 +2,9 @@
 
 import asyncio
 import inspect
-from collections.abc import Mapping
+import mimetypes
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar, Literal, Protocol, get_args
 
 from formiga_bt.agent.declared import Declared, actions_of, events_of
@@ -10,8 +12,9 @@ from formiga_bt.agent.types import UnfitError, fields_of, write_values
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.base.machines import MACHINES, Mobility
 from formiga_bt.transport.agent_side import STATUS_FIELDS
+from formiga_bt.transport.attachments import Attachment, attachment_of
 from formiga_bt.transport.cards import AgentCard, Fields
-from formiga_bt.transport.messages import Control, GoalRequest
+from formiga_bt.transport.messages import Control, GoalRequest, SiteMessage
 
 OnLinkLoss = Literal["return", "land", "hold"]
 
@@ -27,8 +30,17 @@ class Running(Protocol):
         """Take news of the goal that runs."""
         ...
 
-    def note_event(self, name: str, fields: Mapping[str, Any]) -> None:
+    def note_event(self, name: str, fields: Mapping[str, Any], files: Sequence[Attachment] = ()) -> None:
         """Take an event."""
+        ...
+
+    def note_file(self, file: Attachment, data: bytes) -> None:
+        """Take a file."""
+        ...
+
+    @property
+    def site(self) -> SiteMessage | None:
+        """Return what the engine told of the site."""
         ...
 
     def note_control(self, control: Control) -> None:
@@ -162,6 +174,33 @@ class Agent:
         """Say how far the goal is that this action carries out: 0..1, seconds left, a word for the present part."""
         self._carrier().note_feedback(progress, eta_s, phase)
 
+    def attach(self, name: str, data: bytes | Path, media_type: str = "", uri: str = "") -> Attachment:
+        """Send a file, a photo or a log; said within an action, its result names it.
+
+        Args:
+            name: for people, such as roof.jpg; no path.
+            data: the bytes, or where they are.
+            media_type: such as image/jpeg; empty: as the name says.
+            uri: where else it is to be had (http, https).
+
+        Returns:
+            What names it, for events: `self.alarm(level=3, attachments=[...])`.
+
+        Raises:
+            FileError: the name cannot be used, or the bytes are more than 16 MiB.
+            OSError: the file cannot be read.
+        """
+        given = data.read_bytes() if isinstance(data, Path) else data
+        kind = media_type or mimetypes.guess_type(name)[0] or "application/octet-stream"
+        file = attachment_of(name, given, kind, uri)
+        self._carrier().note_file(file, given)
+        return file
+
+    @property
+    def site(self) -> SiteMessage | None:
+        """Return what the engine told of the site: base, fence, heights, stations; None before it did."""
+        return self._carrier().site
+
     def live(self, name: str) -> Any:
         """Return a parameter of the present action as it is now: one that `@action(live=[...])` names may have changed.
 
@@ -188,11 +227,12 @@ class Agent:
     # Inside.
 
     def _tell(self, name: str, fields: dict[str, Any]) -> None:
+        files = tuple(fields.pop("attachments", ())) if "attachments" not in self.events[name] else ()
         try:
             made = write_values(self.events[name], fields, f"event {name}")
         except UnfitError as error:
             raise TypeError(str(error)) from error
-        self._carrier().note_event(name, made)
+        self._carrier().note_event(name, made, files)
 
     def _carrier(self) -> Running:
         if self._running is None:

@@ -91,6 +91,7 @@ async def serve(agent: Agent, *, site: str, connect: str = CONNECT, stop: asynci
         new_boot_id(agent.id),
         _AsyncioCarrier(loop, scheduler),
         lambda card, body: PacedSide(card, body, link, scheduler, lambda _: None),
+        link,
     )
     pulse = Pulse(session.side, scheduler, session.report, session.watch_link)
     link.serve(session.side)

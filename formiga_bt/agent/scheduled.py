@@ -185,7 +185,7 @@ def join(
     carrier = ScheduledCarrier(scheduler)
     link = hub.link(id)
     boot = f"{id}-{scheduler.now():x}"
-    session = Session(agent, boot, carrier, lambda card, body: AgentSide(card, body, link, now=scheduler.now))
+    session = Session(agent, boot, carrier, lambda card, body: AgentSide(card, body, link, now=scheduler.now), link)
     link.beats = True
 
     async def tend() -> None:

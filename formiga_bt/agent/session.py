@@ -9,24 +9,29 @@ Threads: everything but plain functions happens in the loop's thread; what these
 
 import asyncio
 import logging
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from contextvars import ContextVar, copy_context
 from typing import Any, Final, Protocol
 
 from formiga_bt.agent.agent import Agent, card_of
 from formiga_bt.agent.declared import ActionError, Declared, named_values
-from formiga_bt.agent.tokens import CanceledError, CancelToken
+from formiga_bt.agent.tokens import CanceledError, CancelToken, void
 from formiga_bt.agent.types import UnfitError, read_value, write_values
 from formiga_bt.base.clock import Micros
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.base import AgentBody
+from formiga_bt.transport.attachments import Attachment
+from formiga_bt.transport.base import AgentBody, SendsFiles
 from formiga_bt.transport.cards import AgentCard
-from formiga_bt.transport.messages import Control, GoalRequest, to_wire
+from formiga_bt.transport.messages import Control, GoalRequest, SiteMessage, to_wire
 
 log = logging.getLogger("formiga_bt.agent")
 
 _goal: ContextVar[str] = ContextVar("formiga_goal", default="")
 """The goal that the present task or thread carries out."""
+
+FILE_TRIES: Final = 10
+FILE_AGAIN_S: Final = 3.0
+"""So often, and after so many seconds, bytes are sent again that no engine took."""
 
 AGENT_ERROR: Final = "agent_error"
 """Code of a goal whose action raised what it did not mean to."""
@@ -55,12 +60,14 @@ class Carrier(Protocol):
 class _Work:
     """A goal that is carried out."""
 
-    __slots__ = ("declared", "task", "token", "values")
+    __slots__ = ("declared", "files", "task", "token", "values")
 
     def __init__(self, declared: Declared, token: CancelToken, values: Mapping[str, Any]) -> None:
         self.declared, self.token = declared, token
         self.values = dict(values)
         """Its fields as they are now."""
+        self.files: list[Attachment] = []
+        """What its result names."""
         self.task: asyncio.Task[None] | None = None
 
     def stop(self) -> None:
@@ -78,6 +85,7 @@ class Session:
         boot_id: differs at every start.
         carrier: loops and time.
         make_side: makes the side of a card and a body (this).
+        link: sends the bytes of attachments, if it can (`SendsFiles`).
     """
 
     def __init__(
@@ -86,8 +94,10 @@ class Session:
         boot_id: str,
         carrier: Carrier,
         make_side: Callable[[AgentCard, AgentBody], AgentSide],
+        link: object = None,
     ) -> None:
         self.agent = agent
+        self._link = link
         self.side = make_side(card_of(agent, boot_id), self)
         self._carrier = carrier
         self._works: dict[str, _Work] = {}
@@ -226,9 +236,20 @@ class Session:
             raise RuntimeError("feedback is said within an action: it is of the goal that the action carries out")
         self._carrier.post(lambda: self.side.feedback(goal, progress=progress, eta_s=eta_s, phase=phase))
 
-    def note_event(self, name: str, fields: Mapping[str, Any]) -> None:
+    def note_event(self, name: str, fields: Mapping[str, Any], files: Sequence[Attachment] = ()) -> None:
         """Take an event."""
-        self._carrier.post(lambda: self.side.report_event(name, **fields))
+        self._carrier.post(lambda: self.side.report_event(name, files, **fields))
+
+    def note_file(self, file: Attachment, data: bytes) -> None:
+        """Take a file: its bytes are sent, and the result of the present action names it."""
+        work = self._works.get(_goal.get())
+
+        def take() -> None:
+            if work is not None:
+                work.files.append(file)
+            self._send_file(file, data, FILE_TRIES)
+
+        self._carrier.post(take)
 
     def note_control(self, control: Control) -> None:
         """Take who is in command."""
@@ -241,6 +262,11 @@ class Session:
 
         self._carrier.post(take)
 
+    @property
+    def site(self) -> SiteMessage | None:
+        """Return what the engine told of the site."""
+        return self.side.site
+
     def engine_now(self) -> Micros:
         """Return engine time."""
         return self.side.engine_now()
@@ -250,6 +276,23 @@ class Session:
         await self._carrier.sleep(seconds)
 
     # Inside.
+
+    def _send_file(self, file: Attachment, data: bytes, tries: int) -> None:
+        def done(why: str) -> None:  # in a thread of the wire
+            if not why:
+                return
+            log.warning("%s: the bytes of %s were not taken: %s", self.agent.id, file.name, why)
+            if tries > 1 and why.partition(":")[0] in ("busy", "unreachable"):
+                self._carrier.post(lambda: void(self._carrier.spawn(self._send_later(file, data, tries - 1))))
+
+        if isinstance(self._link, SendsFiles):
+            self._link.send_file(file.sha256, data, done)
+        else:
+            done("not_kept: this wire carries no files")
+
+    async def _send_later(self, file: Attachment, data: bytes, tries: int) -> None:
+        await self._carrier.sleep(FILE_AGAIN_S)
+        self._send_file(file, data, tries)
 
     async def _report_soon(self) -> None:
         if self._is_dirty:
@@ -276,11 +319,11 @@ class Session:
             result = named_values(await self._call(work, arguments))
             fields = work.declared.result
             made = write_values(fields, result, f"the result of {name}") if fields is not None else to_wire(result)
-            side.finish(goal, "succeeded", result=made)
+            side.finish(goal, "succeeded", result=made, attachments=work.files)
         except (asyncio.CancelledError, CanceledError):
             side.finish(goal, "canceled")
         except ActionError as error:
-            side.finish(goal, "failed", code=error.code, text=error.text)
+            side.finish(goal, "failed", code=error.code, text=error.text, attachments=work.files)
         except (UnfitError, TypeError) as error:
             log.exception("%s: %s", self.agent.id, name)
             side.finish(goal, "failed", code="bad_result", text=str(error))

@@ -76,6 +76,7 @@ _TABLE = (
     Verb("log", "operator.log", "Export the flight log."),
     Verb("inbox", "operator.inbox", "List the questions that wait for a person."),
     Verb("rules", "operator.rules", "List standing rules; start or dismiss what waits."),
+    Verb("files", "operator.files", "List or fetch the files that agents named for a task."),
     Verb("answer", "orders.answer", "Answer a question."),
     Verb("event", "orders.event", "Report an event for a person: an alarm, a call for help."),
     Verb("down", "operator.down", "End the engine, at once or when its tasks have ended."),

@@ -103,6 +103,16 @@ class Calls:
         with self._answer("GET", path, query) as answer:
             return visible_json(answer.read())
 
+    def raw(self, path: str) -> bytes:
+        """Return what a GET answers, byte for byte.
+
+        Raises:
+            ApiError: the engine said no.
+            NoEngine: it does not answer.
+        """
+        with self._answer("GET", path, {}) as answer:
+            return bytes(answer.read())
+
     def send(self, path: str, body: Any = None, *, key: str = "", headers: Mapping[str, str] | None = None) -> bytes:
         """Return what a POST answers; `key` is its Idempotency-Key.
 

@@ -150,6 +150,14 @@ class Client(Calls):
 
         return self.get(TaskDetail, f"/v1/tasks/{segment(task_id)}")
 
+    def bytes_of(self, digest: str) -> bytes:
+        """Return the bytes of an attachment.
+
+        Raises:
+            ApiError: they are not here.
+        """
+        return self.raw(f"/v1/attachments/{segment(digest)}")
+
     def explanation(self, of: str) -> "f.Explanation":
         """Return why a task, or else an agent, stands as it does; or a rule (`rule:sos`)."""
         from formiga_bt.show.facts import Explanation

@@ -44,6 +44,7 @@ from formiga_bt.services.http.local import close_local, open_local
 from formiga_bt.services.http.past_routes import PastReader
 from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.journal_watch import JournalWatch
+from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.kept.flightlog import FlightLog
 from formiga_bt.services.kept.journaling import JournalAt, Journaling
@@ -60,7 +61,7 @@ from formiga_bt.show.facts import EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
-from formiga_bt.transport.base import AgentTransport, Listening
+from formiga_bt.transport.base import AgentTransport, CarriesFiles, Listening
 from formiga_bt.transport.desk import DeskTransport
 
 if TYPE_CHECKING:
@@ -133,6 +134,11 @@ class EngineHost:
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
+        self.attachments = AttachmentStore(self._folder.path)
+        """The bytes of attachments that agents name."""
+        for wire in self._wires:
+            if isinstance(wire, CarriesFiles):
+                wire.keep_files(self.attachments)
         self.proofs = Proofs(self._folder.path, site)
         self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
         self._texts = dict(texts or {})

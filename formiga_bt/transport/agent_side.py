@@ -17,6 +17,7 @@ import msgspec
 
 from formiga_bt.base.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
 from formiga_bt.base.clock import SECOND, Micros, micros
+from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.base import AgentBody, AgentLink, UpdatableBody
 from formiga_bt.transport.messages import (
     TERMINAL,
@@ -370,7 +371,14 @@ class AgentSide:
         self._link.publish_event(record.event)
 
     def finish(
-        self, goal_id: str, state: GoalState, *, code: str = "", text: str = "", result: dict[str, Any] | None = None
+        self,
+        goal_id: str,
+        state: GoalState,
+        *,
+        code: str = "",
+        text: str = "",
+        result: dict[str, Any] | None = None,
+        attachments: Sequence[Attachment] = (),
     ) -> None:
         """End a goal and publish the end with the full status. Ignored for a goal that has ended (or never began)."""
         assert state in TERMINAL - {"rejected"}, f"{state} does not end a goal that was begun"
@@ -380,7 +388,9 @@ class AgentSide:
         self._replace_rivals(record)
         self._running.remove(goal_id)
         record.request = None
-        record.event = self._next(record, state=state, code=code, text=text, result=result or {})
+        record.event = self._next(
+            record, state=state, code=code, text=text, result=result or {}, attachments=tuple(attachments)
+        )
         self._status = msgspec.structs.replace(self._status, last_goal=goal_id, last_goal_state=state)
         if self.is_cut_off:
             self._untold.append(goal_id)
@@ -398,7 +408,7 @@ class AgentSide:
             self.set_status(**fields)
         self._link.publish_status(self._make_status())
 
-    def report_event(self, event: str, **fields: Any) -> None:
+    def report_event(self, event: str, attachments: Sequence[Attachment] = (), **fields: Any) -> None:
         """Publish an event of the agent's own, with its fields as wire values.
 
         What was told while no engine was heard, or just before, is told again to the next one that is.
@@ -406,7 +416,7 @@ class AgentSide:
         self._events += 1
         made = AgentEvent(
             agent=self.card.id, event=event, boot_id=self.card.boot_id, n=self._events, stamp=self.engine_now(),
-            fields=fields,
+            fields=fields, attachments=tuple(attachments),
         )  # fmt: skip
         self._unsure[0].append(made)
         del self._unsure[0][:-REMEMBERED_EVENTS]

@@ -13,6 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.wires import Guarantee
+from formiga_bt.transport.attachments import KeepsFiles
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
@@ -85,6 +86,24 @@ class Hearing(Protocol):
 
     def heard(self, agent: str) -> Micros:
         """Return when it last heard the agent, in wall time; 0 if it does not know."""
+        ...
+
+
+@runtime_checkable
+class CarriesFiles(Protocol):
+    """A wire by which agents send the bytes of attachments."""
+
+    def keep_files(self, store: KeepsFiles) -> None:
+        """Say who keeps them; called once, before `open`. The store is called from a thread of the wire."""
+        ...
+
+
+@runtime_checkable
+class SendsFiles(Protocol):
+    """An agent's link that sends the bytes of attachments."""
+
+    def send_file(self, digest: str, data: bytes, done: Callable[[str], None]) -> None:
+        """Send bytes. `done` is called from any thread, with "" or why they were not taken."""
         ...
 
 

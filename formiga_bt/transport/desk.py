@@ -19,6 +19,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
+from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
 from formiga_bt.transport.messages import (
     AgentCard,
@@ -53,6 +54,8 @@ class ConfirmFields(Struct, frozen=True):
     """Engine time at which the question lapses."""
     if_no_answer: str = ""
     """A text that says what happens then; never an answer."""
+    attachments: tuple[Attachment, ...] = ()
+    """The newest files of the task that asks."""
 
 
 class OpenQuestion(Struct, frozen=True, kw_only=True):

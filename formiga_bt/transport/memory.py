@@ -21,6 +21,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer
 from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.attachments import FileError, KeepsFiles
 from formiga_bt.transport.codec import (
     Asked,
     CancelRequest,
@@ -115,6 +116,17 @@ class MemoryLink:
         self.hear_site()
         side.announce()
 
+    def send_file(self, digest: str, data: bytes, done: Callable[[str], None]) -> None:
+        """Send bytes of an attachment."""
+        try:
+            if self._hub.files is None or self.dead or self.is_cut:
+                raise FileError("not_kept: nobody keeps attachments")
+            self._hub.files.put(digest, data)
+        except FileError as error:
+            done(str(error))
+        else:
+            done("")
+
     def hear_site(self) -> None:
         """Ask for the site, as an agent does that connects: at once, it is asked for until it is heard."""
         if self._hub.site is not None and self.side is not None and not (self.dead or self.frozen or self.is_cut):
@@ -176,6 +188,8 @@ class MemoryHub:
         self.scheduler = scheduler
         self.reply_timeout_us = reply_timeout_us
         self.transport = MemoryTransport(self)
+        self.files: KeepsFiles | None = None
+        """Who keeps the bytes of attachments."""
         self.site: SiteMessage | None = None
         """What agents that connect are told of the site."""
         self.delay_us = delay_us
@@ -455,6 +469,10 @@ class MemoryTransport:
     def publish_clock(self, beat: ClockBeat) -> None:
         """Send the clock to all agents."""
         self._hub.to_all(lambda side, _: side.on_clock(beat))
+
+    def keep_files(self, store: KeepsFiles) -> None:
+        """Say who keeps the bytes of attachments."""
+        self._hub.files = store
 
     def publish_site(self, message: SiteMessage) -> None:
         """Tell all agents of the site."""

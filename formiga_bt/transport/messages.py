@@ -11,10 +11,12 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.cards import WIRE, AgentCard, CardAction, CardField
 
 __all__ = [
     "TERMINAL", "WIRE", "AgentCard", "AgentError", "AgentEvent", "AgentGone", "AgentLinkState", "AgentSeen", "AgentStatus",
+    "Attachment",
     "BadMessage", "CardAction", "CardField", "Clearance", "ClockBeat", "Control", "EventArrived", "GoalEvent", "GoalReported",
     "GoalRequest", "GoalState", "Landed", "PreflightCheck", "QueryReplied", "SendFailed", "SiteBase", "SiteMessage",
     "SitePoint", "SiteStation", "StatusArrived", "TransportEvent",
@@ -214,6 +216,8 @@ class GoalEvent(Struct, frozen=True, kw_only=True):
     cancel_refused: bool = False
     """Answers a cancel that will not be followed; the goal goes on to its natural end."""
     result: dict[str, Any] = {}
+    attachments: tuple[Attachment, ...] = ()
+    """Files that belong to it."""
     status: AgentStatus | None = None
 
 
@@ -229,6 +233,8 @@ class AgentEvent(Struct, frozen=True, kw_only=True):
     stamp: Micros = 0
     fields: dict[str, Any] = {}
     """As wire values, by the names that the catalogue gives them."""
+    attachments: tuple[Attachment, ...] = ()
+    """Files that belong to it."""
 
 
 class ClockBeat(Struct, frozen=True, kw_only=True):

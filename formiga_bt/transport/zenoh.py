@@ -20,6 +20,7 @@ import zenoh
 
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES, WireSetup
+from formiga_bt.transport.attachments import KeepsFiles
 from formiga_bt.transport.codec import (
     FRAME_LIMIT,
     Asked,
@@ -54,10 +55,12 @@ from formiga_bt.transport.messages import (
     TransportEvent,
     UpdateRequest,
 )
+from formiga_bt.transport.zenoh_files import FileDesk
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
     DEFAULT_ENDPOINT,
     ENGINE_KEY,
+    FILES_KEY,
     LEASE_MS,
     SITE_KEY,
     agent_key,
@@ -150,6 +153,7 @@ class ZenohTransport:
         self._actions: dict[str, str] = {}
         self._closed = True
         self._site_raw = b""
+        self._files = FileDesk()
 
     @property
     def endpoint(self) -> str:
@@ -182,6 +186,7 @@ class ZenohTransport:
                 session.declare_subscriber("*/*/card", on_network_thread(lambda s: self._take(_Raw("card", s)))),
                 session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
                 session.declare_queryable(SITE_KEY, on_network_thread(self._tell_site)),
+                session.declare_queryable(f"{FILES_KEY}/*", on_network_thread(self._files.take)),
                 session.liveliness().declare_token(ENGINE_KEY),
             ]
         except zenoh.ZError as error:
@@ -191,6 +196,7 @@ class ZenohTransport:
     def close(self) -> None:
         """Close the session; takes at most 2 s."""
         self._closed = True
+        self._files.close()
         session, self._session = self._session, None
         self._kept = []
         if session is not None:
@@ -240,6 +246,10 @@ class ZenohTransport:
         for agent, peer in self._peers.items():
             if peer.present and peer.card is None:
                 self._ask_card(agent, peer)
+
+    def keep_files(self, store: KeepsFiles) -> None:
+        """Say who keeps the bytes of attachments."""
+        self._files.store = store
 
     def publish_site(self, message: SiteMessage) -> None:
         """Publish the site, and answer with it whoever asks."""

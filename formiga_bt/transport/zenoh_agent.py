@@ -31,6 +31,7 @@ from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
     DEFAULT_ENDPOINT,
     ENGINE_KEY,
+    FILES_KEY,
     LEASE_MS,
     SITE_KEY,
     agent_key,
@@ -40,6 +41,8 @@ from formiga_bt.transport.zenoh_session import (
     open_session,
 )
 
+FILE_S: Final = 30.0
+"""So long an answer to the bytes of an attachment is waited for."""
 _JSON: Final = "application/json"
 
 _What = Asked | Literal["clock", "site", "engine"]
@@ -190,6 +193,27 @@ class ZenohAgentLink:
             self._wake()
 
         return on_network_thread(enqueue)
+
+    def send_file(self, digest: str, data: bytes, done: Callable[[str], None]) -> None:
+        """Send bytes of an attachment to the engine."""
+        said: list[str] = []
+
+        def reply(answer: Any) -> None:
+            said.append("" if answer.ok is not None else answer.err.payload.to_bytes().decode(errors="replace")[:500])
+
+        def over() -> None:
+            done(said[0] if said else "unreachable: no engine answered")
+
+        if self._session is None or self._is_cut:
+            done("unreachable: the link is not open")
+            return
+        try:
+            self._session.get(
+                f"{FILES_KEY}/{digest}", on_network_thread(reply, over), payload=data, timeout=FILE_S,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )  # fmt: skip
+        except zenoh.ZError as error:
+            done(f"unreachable: {error}")
 
     def _ask_site(self) -> None:
         """Ask the engine for the site; called at each connect, and with each beat until it has answered."""

@@ -23,6 +23,7 @@ CLOSE_S: Final = 2.0
 """`Session.close` has been seen to hang on a stuck link; it gets this long."""
 CLOCK_KEY: Final = "engine/clock"
 SITE_KEY: Final = "engine/site"
+FILES_KEY: Final = "engine/attachments"
 ENGINE_KEY: Final = "engine/alive"
 
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")

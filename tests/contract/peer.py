@@ -9,6 +9,7 @@
     result      the result of a success
     deaf_s      so long the wire carries nothing, either way, from a moment after the goal was taken on
     vanishes    true: its presence goes with the wire
+    attach      a text: the bytes of a file `note.txt` that the result names; `bad_hash`: true names other bytes than are sent
     updates     true: the field `to` may be changed while it runs; the result of a success tells it as `to`
 
 Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
@@ -24,7 +25,8 @@ from typing import Any, Protocol
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.base import AgentLink
+from formiga_bt.transport.attachments import Attachment, attachment_of
+from formiga_bt.transport.base import AgentLink, SendsFiles
 from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
 
 STATUS_S = 0.1
@@ -110,7 +112,7 @@ class ScriptedBody:
                 self.side.set_status(position=Position(1.0, 2.0, 3.0), landed="airborne")
                 told = {"to": fields["to"], "updates": self.count.get(goal, 0)} if fields.get("updates") else {}
                 result = {**fields.get("result", {}), **told, "starts": self.starts[goal]}
-                self.side.finish(goal, "succeeded", result=result)
+                self.side.finish(goal, "succeeded", result=result, attachments=self.files(fields))
             case "fail":
                 self.side.finish(goal, "failed", code="motor", text="the motor is hot")
             case "takeover":
@@ -125,6 +127,16 @@ class ScriptedBody:
         self.fields[goal] = {**self.fields[goal], **fields}
         self.count[goal] = self.count.get(goal, 0) + 1
         return ""
+
+    def files(self, fields: dict[str, Any]) -> list[Attachment]:
+        if "attach" not in fields:
+            return []
+        data = fields["attach"].encode()
+        named = attachment_of("note.txt", data, "text/plain")
+        sent = b"other" if fields.get("bad_hash") else data
+        assert isinstance(self.wire, SendsFiles)
+        self.wire.send_file(named.sha256, sent, lambda why: self.side.report_event("sent", why=why.partition(":")[0]))
+        return [named]
 
     def watch_link(self) -> None:
         """Act by itself in the silence (it hovers), and yield when it is over."""

@@ -6,6 +6,7 @@ of the page.
 Run as a process: plain_peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
 """
 
+import hashlib
 import heapq
 import json
 import math
@@ -100,6 +101,9 @@ class Agent:
         if what in ("clock", "site", "engine"):
             if not self.is_cut:
                 self.hear(what, item)
+            return
+        if what == "sent":
+            self.tell("sent", {"why": item})
             return
         with item as query:
             if self.is_cut:
@@ -367,12 +371,7 @@ class Agent:
             self.later(0.1, lambda: self.cut(vanishes=bool(fields.get("vanishes"))))
             self.later(0.1 + fields["deaf_s"], self.mend)
         for level in fields.get("tell", ()):
-            self.n += 1
-            told = {"agent": self.name, "event": "alarm", "boot_id": self.boot, "n": self.n, "stamp": self.engine_now(),
-                    "fields": {"level": level}}  # fmt: skip
-            self.unsure[0].append(told)
-            del self.unsure[0][:-100]
-            self.put("event/alarm", told)
+            self.tell("alarm", {"level": level})
         step = at = fields.get("step_s", 0.01)
         for progress in fields.get("feedback", ()):
             self.later(at, lambda progress=progress: self.feedback(goal, progress))
@@ -400,12 +399,42 @@ class Agent:
                 self.status |= {"pose": {"east_m": 1.0, "north_m": 2.0, "up_m": 3.0}, "landed": "airborne"}
                 record = self.goals[goal]
                 told = {"to": fields["to"], "updates": record.get("changes", 0)} if fields.get("updates") else {}
-                self.finish(goal, "succeeded", result={**fields.get("result", {}), **told, "starts": record["starts"]})
+                files = self.files(fields) if "attach" in fields else []
+                self.finish(
+                    goal,
+                    "succeeded",
+                    attachments=files,
+                    result={**fields.get("result", {}), **told, "starts": record["starts"]},
+                )
             case "fail":
                 self.finish(goal, "failed", code="motor", text="the motor is hot")
             case "takeover":
                 self.take_control("pilot")
                 self.later(0.5, lambda: self.take_control("engine"))
+
+    def files(self, fields):
+        data = fields["attach"].encode()
+        digest = hashlib.sha256(data).hexdigest()
+        said = []
+
+        def reply(answer):
+            said.append("" if answer.ok is not None else answer.err.payload.to_bytes().decode().partition(":")[0])
+
+        def over():
+            self.inbox.put(("sent", said[0] if said else "unreachable"))
+
+        payload = b"other" if fields.get("bad_hash") else data
+        handler = zenoh.handlers.Callback(reply, over, indirect=False)
+        self.session.get(f"engine/attachments/{digest}", handler, payload=payload, timeout=10.0)
+        return [{"name": "note.txt", "media_type": "text/plain", "size": len(data), "sha256": digest}]
+
+    def tell(self, event, fields):
+        self.n += 1
+        told = {"agent": self.name, "event": event, "boot_id": self.boot, "n": self.n, "stamp": self.engine_now(),
+                "fields": fields}  # fmt: skip
+        self.unsure[0].append(told)
+        del self.unsure[0][:-100]
+        self.put(f"event/{event}", told)
 
     def cut(self, *, vanishes):
         self.is_cut = True

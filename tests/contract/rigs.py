@@ -19,8 +19,9 @@ import peer as scripted
 
 from formiga_bt.base.clock import SECOND, VirtualScheduler, micros
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.attachments import check_bytes
 from formiga_bt.transport.base import AgentTransport, TellsSite
-from formiga_bt.transport.memory import MemoryHub
+from formiga_bt.transport.memory import MemoryHub, MemoryLink
 from formiga_bt.transport.messages import (
     AgentGone,
     AgentSeen,
@@ -59,6 +60,7 @@ class Rig(ABC):
         self._names = itertools.count(1)
         self._goals = itertools.count(1)
         self._boots = itertools.count(1)
+        self.shelf = Shelf()
 
     # Peers.
 
@@ -196,15 +198,32 @@ class Rig(ABC):
         self.event(AgentGone, lambda e: e.agent == agent, since=since)
 
 
+class Shelf:
+    """Keeps the bytes of attachments."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, bytes] = {}
+
+    def put(self, digest: str, data: bytes) -> None:
+        check_bytes(digest, data)
+        self.kept[digest] = data
+
+    def get(self, digest: str) -> bytes | None:
+        return self.kept.get(digest)
+
+
 class MemoryWire:
-    def __init__(self, hub: MemoryHub, agent: str) -> None:
-        self._hub, self._agent = hub, agent
+    def __init__(self, hub: MemoryHub, link: MemoryLink) -> None:
+        self._hub, self._agent, self._link = hub, link.agent, link
 
     def cut(self, *, vanishes: bool) -> None:
         self._hub.cut(self._agent, vanishes=vanishes)
 
     def mend(self) -> None:
         self._hub.mend(self._agent)
+
+    def send_file(self, digest: str, data: bytes, done: Callable[[str], None]) -> None:
+        self._link.send_file(digest, data, done)
 
 
 class MemoryRig(Rig):
@@ -215,6 +234,7 @@ class MemoryRig(Rig):
             self.time, reply_timeout_us=micros(REPLY_TIMEOUT_S), lease_us=LEASE_MS * 1000, delay_us=5_000
         )
         self.transport = self.hub.transport
+        self.hub.transport.keep_files(self.shelf)
         self.transport.open(lambda: None)
 
     def later(self, delay_s: float, call: Callable[[], None]) -> None:
@@ -223,7 +243,7 @@ class MemoryRig(Rig):
     def start(self, agent: str, boot_id: str) -> None:
         wire = self.hub.link(agent)
         link = scripted.LossyLink(wire)
-        broken = MemoryWire(self.hub, agent)
+        broken = MemoryWire(self.hub, wire)
         body = scripted.ScriptedBody(link, broken, self.later, lambda s: self.hub.set_delay(agent, micros(s)))
         card = scripted.card("drone", agent, boot_id)
         body.side = AgentSide(card, body, link, now=self.time.now, beat_us=SECOND)
@@ -271,6 +291,7 @@ class ZenohRig(Rig):
             self.site, listen="tcp/127.0.0.1:0", reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS
         )
         self.transport = self.zenoh
+        self.zenoh.keep_files(self.shelf)
         self.transport.open(self.woken.set)
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 

@@ -209,6 +209,23 @@ def test_an_agent_asks_for_the_site_when_it_connects_and_hears_of_each_change(ri
     assert said == {"v2"}, "an earlier start of the engine told it"
 
 
+def test_a_result_names_a_file_and_its_bytes_come_beside_it(rig: Rig, peer: str) -> None:
+    end = rig.reported(rig.goal(peer, do="succeed", attach="what I saw"), "succeeded")
+    (named,) = end.attachments
+    assert (named.name, named.media_type, named.size) == ("note.txt", "text/plain", 10)
+    said = rig.event(EventArrived, lambda e: e.event.event == "sent" and e.event.agent == peer).event
+    assert said.fields == {"why": ""}
+    assert rig.shelf.kept[named.sha256] == b"what I saw"
+
+
+def test_bytes_of_another_hash_are_refused_and_the_agent_is_told(rig: Rig) -> None:
+    agent = rig.new_peer()
+    end = rig.reported(rig.goal(agent, do="succeed", attach="what I saw not", bad_hash=True), "succeeded")
+    said = rig.event(EventArrived, lambda e: e.event.event == "sent" and e.event.agent == agent).event
+    assert said.fields == {"why": "bad_hash"}
+    assert end.attachments[0].sha256 not in rig.shelf.kept
+
+
 def test_a_query_tells_what_the_agent_knows(rig: Rig, peer: str) -> None:
     done = rig.goal(peer, do="succeed")
     rig.reported(done, "succeeded")

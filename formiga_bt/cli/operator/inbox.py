@@ -52,4 +52,7 @@ def in_words(question: QuestionFact, now: Micros) -> str:
     after = then(question.kind, question.if_no_answer)
     end = "" if question.lapses_at is None else f"; lapses in {span(max(0, question.lapses_at - now))}{after}"
     lines.append(f"    asked: {who}{here}; for {question.task}, since {span(now - question.asked_at)}{end}")
+    lines += [f"    file: {one.name} ({one.media_type}), by {one.agent}" for one in question.files]
+    if question.files:
+        lines.append(f"    fetch them: formiga files {question.task} --save FOLDER")
     return "\n".join(lines)

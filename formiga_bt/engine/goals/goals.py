@@ -28,6 +28,7 @@ from formiga_bt.engine.goals.updates import Updates
 from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.files import note_files
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.kernel.news import GoalUnreachable, Idle, MustLeave, Stopped, TakenOver, UnreadableMessage
 from formiga_bt.engine.kernel.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
@@ -205,6 +206,8 @@ class Goals:
             return
         if event.n:
             goal = core.put_goal(goal.id, n=event.n)
+        if event.attachments:
+            note_files(core, goal.task, goal.agent, goal.action, event.attachments, goal.id)
         if event.state in TERMINAL:
             self._on_end(goal, event)
         elif event.state == "unknown":

@@ -3,6 +3,9 @@
 A question is shown to a person as a Confirm goal `<question>~<person>`. Withdrawing it is local and always succeeds.
 """
 
+from typing import Any
+
+import msgspec
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
@@ -13,6 +16,8 @@ from formiga_bt.engine.kernel.timers import AcceptDue, EscalationDue
 from formiga_bt.nodes.run import AskOrder
 
 TTL_BEATS = 30
+SHOWN_FILES = 5
+"""The newest files of its task go with a question."""
 MAX_OPEN = 100
 """Questions that may be open for one person."""
 
@@ -125,7 +130,7 @@ class People:
     def _show(self, question: Question, person: str) -> None:
         core = self._core
         goal_id = question.showing(person)
-        fields = {
+        fields: dict[str, Any] = {
             "question": question.text,
             "options": list(question.options),
             "note": question.note,
@@ -133,6 +138,9 @@ class People:
             "expires_us": question.expires_at,
             "if_no_answer": question.if_no_answer,
         }
+        task = core.state.tasks.get(question.task)
+        if task is not None and task.files.found:
+            fields["attachments"] = [msgspec.structs.asdict(one.file) for one in task.files.found[-SHOWN_FILES:]]
         goal = GoalRecord(
             id=goal_id, agent=person, action="Confirm", task=question.task, owner="!question", fields=fields,
             state="sent", order=core.count("goal"), at=core.now, sent_at=core.now,

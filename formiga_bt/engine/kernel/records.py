@@ -18,6 +18,7 @@ from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served, TaskOutcome
 from formiga_bt.safety.traffic import TakenArea
+from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.messages import AgentError, Clearance, Control, Landed, PreflightCheck
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
@@ -190,6 +191,7 @@ class AgentEventRecord(Struct, frozen=True):
     at: Micros
     """Engine time of its arrival."""
     fields: dict[str, Any]
+    attachments: tuple[Attachment, ...] = ()
 
 
 class Version(Struct, frozen=True):
@@ -380,6 +382,26 @@ class TaskRestart(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Why each earlier run was ended to begin anew, in words."""
 
 
+class TaskFile(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A file that an agent named for a task."""
+
+    agent: str
+    what: str
+    """The action, or the event of the agent's own."""
+    goal: str = ""
+    """Of the action."""
+    at: Micros
+    """When it was named."""
+    file: Attachment
+
+
+class TaskFiles(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The files that belong to it; their bytes are elsewhere."""
+
+    found: tuple[TaskFile, ...] = ()
+    """Oldest first."""
+
+
 class TaskTimes(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Engine times of its life; None: not yet, in this run."""
 
@@ -419,6 +441,7 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     outcome: TaskOutcome = TaskOutcome()
     restart: TaskRestart = TaskRestart()
     times: TaskTimes = TaskTimes()
+    files: TaskFiles = TaskFiles()
     system: SystemOrder = SystemOrder()
 
     @property
@@ -437,7 +460,18 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 TaskPart = Literal[
-    "request", "family", "agents", "resources", "hold", "events", "ending", "outcome", "restart", "times", "system"
+    "request",
+    "family",
+    "agents",
+    "resources",
+    "hold",
+    "events",
+    "ending",
+    "outcome",
+    "restart",
+    "times",
+    "files",
+    "system",
 ]
 """The fields of a `TaskRecord` that are parts."""
 

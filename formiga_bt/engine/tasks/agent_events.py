@@ -8,11 +8,13 @@ from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.files import note_files
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.news import EventKept
 from formiga_bt.engine.kernel.records import AgentEventRecord
 from formiga_bt.engine.kernel.state import KEPT_EVENTS
 from formiga_bt.lang.model import OnEvent
+from formiga_bt.transport.attachments import usable
 from formiga_bt.transport.messages import AgentEvent
 
 
@@ -44,8 +46,11 @@ class AgentEvents:
             self._fleet.on_bad(agent.id, f"event {event.event} misses {missing[0]}")
             return
         self._forget_oldest(agent.id)
+        if event.attachments:
+            note_files(core, agent.task, agent.id, event.event, event.attachments)
+        files, _ = usable(event.attachments)
         order = core.state.counters.get("agent_event", 0) + 1
-        kept = AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields)
+        kept = AgentEventRecord(agent.id, event.event, order, event.boot_id, event.n, core.now, fields, files)
         core.emit(ch.AgentEventNoted(kept))
         core.report(EventKept(kept))
 

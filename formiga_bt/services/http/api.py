@@ -26,6 +26,7 @@ from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http import (
     catalogue_routes,
     crew_routes,
+    file_routes,
     fleet_routes,
     library_routes,
     openapi,
@@ -37,6 +38,7 @@ from formiga_bt.services.http import (
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.routes import REF, FactRoutes
+from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.members import Members
 from formiga_bt.services.not_served import NotServed
@@ -60,6 +62,10 @@ STATUS: Final = {
     "not_approved": 403,
     "unknown_question": 404,
     "no_history": 404,
+    "no_attachment": 404,
+    "bad_hash": 422,
+    "too_large": 413,
+    "not_kept": 503,
     "not_yet": 404,
     "secret_missing": 403,
     "secret_wrong": 403,
@@ -98,6 +104,7 @@ class Host(Protocol):
     members: Members
     catalogue: CatalogueOrders
     loading: Loading
+    attachments: AttachmentStore
     source: Source
     past: past_routes.PastReader
     refused: tuple[NotServed, ...]
@@ -167,6 +174,7 @@ def application(host: Host) -> FastAPI:
     rule_routes.add(routes, host.orders)
     _people(routes, host.orders)
     library_routes.add(routes, host.loading, host.refused)
+    file_routes.add(routes, host.attachments)
     _engine(routes, host)
     openapi.serve(app, {*routes.kinds, f.Problem}, needs_token=host.needs_token)
     return app

@@ -18,9 +18,13 @@ from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.engine.drivers.waiting import CALLER, Caller, since_boot
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.urgent import is_urgent
+from formiga_bt.transport.attachments import MOST_BYTES
 
 BODY_LIMIT: Final = 1_000_000
 """Bytes of a request's body."""
+FILE_LIMIT: Final = MOST_BYTES
+"""The same of an attachment."""
+FILES: Final = "/v1/attachments/"
 DROP_LIMIT: Final = 20 * BODY_LIMIT
 GONE: Final = b"gone"
 """Stands for a body that did not come to its end; compared by identity."""
@@ -84,9 +88,10 @@ class Door:
         if refusal is not None:
             await refusal(scope, receive, send)
             return
-        body = await _read(receive)
+        limit = FILE_LIMIT if scope["method"] == "PUT" and scope["path"].startswith(FILES) else BODY_LIMIT
+        body = await _read(receive, limit)
         if body is None:
-            await self._too_large()(scope, receive, send)
+            await self._too_large(limit)(scope, receive, send)
         elif body is not GONE:
             await self._let_in(scope, body, receive, send, caller, urgent=urgent)
 
@@ -139,26 +144,30 @@ class Door:
             return self._refusal(403, "other_origin", "a page of another origin may not call this engine", "")
         return None
 
-    def _too_large(self) -> App:
-        return self._refusal(413, "too_large", f"the body is larger than {BODY_LIMIT:,} bytes", "")
+    def _too_large(self, limit: int) -> App:
+        return self._refusal(413, "too_large", f"the body is larger than {limit:,} bytes", "")
 
 
-async def _read(receive: Receive) -> bytes | None:
+async def _read(receive: Receive, limit: int) -> bytes | None:
     """Return the whole body, None if it is too large, `GONE` if the client went away in the middle of it.
 
     What is too much is read and dropped, up to a bound: a client that is still sending would not see the answer.
     """
-    body, got = b"", 0
+    parts: list[bytes] = []
+    got = 0
     while True:
         message = await receive()
         if message["type"] == "http.disconnect":
             return GONE
         part = bytes(message.get("body", b""))
         got += len(part)
-        body = body + part if got <= BODY_LIMIT else b""
+        if got <= limit:
+            parts.append(part)
+        else:
+            parts.clear()
         if not message.get("more_body", False):
-            return body if got <= BODY_LIMIT else None
-        if got > DROP_LIMIT:
+            return b"".join(parts) if got <= limit else None
+        if got > max(DROP_LIMIT, 2 * limit):
             return None
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.lang.model import Task
 from formiga_bt.show.facts import FailureFact, LibraryTask, LineFact, RunningStep, TaskDetail, VersionFact
-from formiga_bt.show.history.records import goal_fact, task_fact
+from formiga_bt.show.history.records import file_facts, goal_fact, task_fact
 from formiga_bt.show.history.rows import ActionRow
 from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.listed import param_fact
@@ -53,6 +53,7 @@ def task_detail(
         questions=tuple(q.number for q in state.questions.values() if q.task == task.id and q.reply is None),
         actions=tuple(row.fact() for row in rows),
         lines=tuple(lines),
+        files=file_facts(task),
     )
 
 

@@ -59,9 +59,11 @@ from formiga_bt.show.facts.service import (
 from formiga_bt.show.facts.site import (
     ActionFact,
     AgentFact,
+    AttachmentKept,
     Because,
     Explanation,
     FailureFact,
+    FileFact,
     GoalFact,
     HeldUnits,
     LineFact,
@@ -81,13 +83,14 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "Because", "BlackboardFact", "Box",
-    "CatalogueFact", "Chart", "CheckFact", "DiscoveredFact", "DraftFact", "Drawing", "EngineHealth", "EngineLoad",
-    "EventFact", "Explanation", "FailureFact", "FileSpot", "FiringFact", "FleetFact", "FleetList", "FleetLoaded",
-    "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact", "LockdownFact", "MapMark", "MapShape", "MemberFact",
-    "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList",
-    "Point", "PreflightFact", "Problem", "QuestionFact", "QuestionList", "ResourceFact", "RuleFact", "RuleList",
-    "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus",
-    "Style", "StyledSpan", "TaskDetail", "TaskFact", "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline",
-    "Top", "Track", "TypeFact", "VersionFact", "Waiting",
+    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "AttachmentKept", "Because",
+    "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "DiscoveredFact", "DraftFact", "Drawing",
+    "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
+    "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
+    "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact",
+    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
+    "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact",
+    "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
+    "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "TypeFact", "VersionFact",
+    "Waiting",
 ]  # fmt: skip

@@ -180,6 +180,33 @@ class ActionFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.state in ("succeeded", "answered")
 
 
+class FileFact(Struct, frozen=True, kw_only=True):
+    """A file that an agent named for a task: a photo, a log."""
+
+    agent: str
+    what: str
+    """The action, or the event of the agent's own, that it came with."""
+    path: str = ""
+    """Of the step; empty: it came with an event."""
+    at: Micros
+    name: str
+    media_type: str
+    size: int
+    """Bytes."""
+    sha256: str
+    uri: str = ""
+    """Where else it is to be had."""
+    url: str
+    """Of this engine's API; its bytes may not have come yet."""
+
+
+class AttachmentKept(Struct, frozen=True):
+    """The bytes of an attachment are kept."""
+
+    sha256: str
+    size: int
+
+
 class QuestionFact(Struct, frozen=True, kw_only=True):
     """An open question."""
 
@@ -203,6 +230,8 @@ class QuestionFact(Struct, frozen=True, kw_only=True):
     clears: str = ""
     """The machine for which an answer of `clears_on` says that people stand clear of it."""
     clears_on: tuple[str, ...] = ()
+    files: tuple[FileFact, ...] = ()
+    """The newest files of its task."""
 
 
 class LineFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -390,6 +419,8 @@ class TaskDetail(Struct, frozen=True, kw_only=True):
     actions: tuple[ActionFact, ...]
     lines: tuple[LineFact, ...]
     """Its notices and alarms."""
+    files: tuple[FileFact, ...] = ()
+    """Files that agents named for it, oldest first."""
 
 
 class QuestionList(Struct, frozen=True):

@@ -1,6 +1,8 @@
 """Facts of single records of the engine: an agent, a goal, a question, a task."""
 
 from collections.abc import Collection
+from typing import Final
+from urllib.parse import urlencode
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Frame, Position
@@ -9,13 +11,16 @@ from formiga_bt.engine.kernel.pace import throttled
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.show.amounts import percent
-from formiga_bt.show.facts import AgentFact, GoalFact, Point, QuestionFact, TaskFact
+from formiga_bt.show.facts import AgentFact, FileFact, GoalFact, Point, QuestionFact, TaskFact
 from formiga_bt.show.history.notes import gate_words
 from formiga_bt.show.history.rows import path_of_goal, where
 from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.lapse import cleared_machine, lapses_at
 from formiga_bt.show.why.standing import stands
 from formiga_bt.transport.messages import to_wire
+
+SHOWN_FILES: Final = 5
+"""The newest files of its task are shown with a question."""
 
 
 def point(where: Position) -> Point:
@@ -142,6 +147,26 @@ def goal_fact(goal: GoalRecord) -> GoalFact:
     )
 
 
+def file_facts(task: TaskRecord) -> tuple[FileFact, ...]:
+    """Return the files of a task."""
+    return tuple(
+        FileFact(
+            agent=one.agent,
+            what=one.what,
+            path=path_of_goal(one.goal) if one.goal else "",
+            at=one.at,
+            name=one.file.name,
+            media_type=one.file.media_type,
+            size=one.file.size,
+            sha256=one.file.sha256,
+            uri=one.file.uri,
+            url=f"/v1/attachments/{one.file.sha256}?"
+            + urlencode({"name": one.file.name, "media_type": one.file.media_type}),
+        )
+        for one in task.files.found
+    )
+
+
 def question_fact(state: EngineState, question: Question, desk: Collection[str] = ()) -> QuestionFact:
     """Return an open question; `desk`: who answers at this engine."""
     said = {answer.by for answer in question.answers}
@@ -161,4 +186,5 @@ def question_fact(state: EngineState, question: Question, desk: Collection[str] 
         if_no_answer=question.if_no_answer,
         clears=cleared_machine(question) or question.clears,
         clears_on=("clear",) if question.kind == "clearance" else question.clears_on,
+        files=file_facts(state.tasks[question.task])[-SHOWN_FILES:] if question.task in state.tasks else (),
     )

@@ -19,6 +19,7 @@ from formiga_bt.agent import (
 from formiga_bt.agent.testing import AgentBench
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
+from formiga_bt.transport.attachments import FileError, check_bytes
 
 
 class Seen(TypedDict):
@@ -272,6 +273,67 @@ def test_equal_runs_are_equal() -> None:
         return [*bench.news, *bench.statuses]
 
     assert run() == run()
+
+
+class Camera(Agent, type="rover"):
+    @action
+    async def Look(self) -> dict[str, Any]:
+        file = self.attach("roof.jpg", b"photo")
+        self.seen(level=1, attachments=[file])
+        return {}
+
+    @action
+    def Log(self, token: CancelToken) -> dict[str, Any]:
+        self.attach("a.txt", b"a log")
+        token.sleep(1)
+        raise ActionError("broken")
+
+    @event
+    def seen(self, level: int) -> None: ...
+
+
+class Keeps:
+    def __init__(self) -> None:
+        self.kept: dict[str, bytes] = {}
+        self.busy = 0
+
+    def put(self, digest: str, data: bytes) -> None:
+        if self.busy:
+            self.busy -= 1
+            raise FileError("busy: ask again")
+        check_bytes(digest, data)
+        self.kept[digest] = data
+
+    def get(self, digest: str) -> bytes | None:
+        return self.kept.get(digest)
+
+
+def test_a_file_is_sent_and_named_by_the_result_and_by_events() -> None:
+    bench, store = AgentBench(Camera()), Keeps()
+    bench.hub.transport.keep_files(store)
+    end = bench.do("Look")
+    (named,) = end.attachments
+    assert (named.name, named.media_type, named.size) == ("roof.jpg", "image/jpeg", 5)
+    assert store.kept == {named.sha256: b"photo"}
+    assert [one.attachments for one in bench.events] == [(named,)]
+    assert bench.events[0].fields == {"level": 1}
+
+
+def test_a_file_of_a_failed_action_is_named_and_bytes_are_sent_again_to_who_is_busy() -> None:
+    bench, store = AgentBench(Camera()), Keeps()
+    store.busy = 2
+    bench.hub.transport.keep_files(store)
+    end = bench.do("Log")
+    assert (end.state, [one.name for one in end.attachments]) == ("failed", ["a.txt"])
+    assert store.kept == {}
+    bench.run_for(10)
+    assert list(store.kept) == [end.attachments[0].sha256]
+
+
+def test_a_name_that_is_a_path_is_an_error_where_it_is_said() -> None:
+    bench = AgentBench(Camera())
+    with pytest.raises(FileError):
+        bench.agent.attach("../x", b"")
 
 
 class Follower(Agent, type="rover"):

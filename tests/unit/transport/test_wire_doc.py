@@ -14,6 +14,7 @@ from msgspec import Struct
 
 from formiga_bt.base.geo import Position
 from formiga_bt.transport import agent_side, codec
+from formiga_bt.transport.attachments import MOST_BYTES, attachment_of
 from formiga_bt.transport.codec import CancelRequest, GoalsReply, GoalsRequest
 from formiga_bt.transport.desk import ConfirmFields
 from formiga_bt.transport.messages import (
@@ -77,6 +78,7 @@ STATUS = AgentStatus(
 DONE = GoalEvent(
     goal_id="PickUp-12/0/steps/steps[1]", agent="hwd_1", state="succeeded", n=7, result={"found": 3}, status=STATUS
 )
+PHOTO = attachment_of("roof.jpg", b"a photo", "image/jpeg")
 TO = CardField(type="position", help="Where to hover.")
 SPEED = CardField(type="speed", unit="m/s", optional=True, min=0.5, max=20.0)
 EXAMPLES: dict[str, Struct] = {
@@ -110,6 +112,7 @@ EXAMPLES: dict[str, Struct] = {
     "AgentEvent": AgentEvent(
         agent="picker_1", event="sos", boot_id="picker_1@11c0", n=2, stamp=T0 + 12_000_000, fields={"level": 3}
     ),
+    "Attachment": PHOTO,
     "CancelRequest": CancelRequest("PickUp-12/0/steps/steps[1]"),
     "UpdateRequest": UpdateRequest(
         goal_id="PickUp-12/0/steps/steps[1]",
@@ -205,4 +208,5 @@ def test_every_code_of_the_agents_rules_is_named(doc: str) -> None:
 
 def test_the_limits_are_the_codes(doc: str) -> None:
     assert str(codec.FRAME_LIMIT) in doc
+    assert str(MOST_BYTES) in doc
     assert f"{agent_side.REMEMBERED_GOALS:,}" in doc
