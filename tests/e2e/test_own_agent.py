@@ -89,10 +89,17 @@ def test_the_page_is_followed_to_the_first_goal(yard: Yard) -> None:
     new, up, start, run = (line.split() for line in COMMANDS)
     yard.run(*new)
     elsewhere(yard.folder)
+    agent_file, doc = yard.folder / "mule.py", '"""Go to a place and look around there."""'
+    assert doc in agent_file.read_text()
+    attaches = f'{doc}\n        self.attach("seen.txt", b"a wall", "text/plain")'
+    agent_file.write_text(agent_file.read_text().replace(doc, attaches))
     engine = yard.start(*up, "--http", "127.0.0.1:0", "--speed", "10")
     yard.wait_for("http://")
     agent = yard.start(*start)
     assert "succeeded" in yard.run(*run)
+    saved = yard.run("formiga", "files", "TryMule-1", "--save", "files")
+    assert "seen.txt" in saved
+    assert (yard.folder / "files" / "seen.txt").read_bytes() == b"a wall"
     agent.send_signal(signal.SIGTERM)
     assert agent.wait(10) == 0, yard.logs()
     engine.send_signal(signal.SIGTERM)

@@ -243,6 +243,10 @@ def _fleet(
     from formiga_bt.services.simulated import Simulated
 
     assert world.site is not None
+    if not host.endpoint:
+        raise UnusableFile(
+            "--sim: simulated agents come by Zenoh, and the site file names other transports only; add zenoh: {}"
+        )
     host.with_simulated = True
     return Simulated(world.site, world.catalogue, connect=host.endpoint, folder=host.runtime_folder, without=people)
 
@@ -250,7 +254,8 @@ def _fleet(
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     served = host.served
     refused = [one for one in host.refused if not one.shipped]
-    where = f"they connect at {host.endpoint}"
+    wires = ", ".join(name for name in host.site.transports if name != "zenoh")
+    where = f"they connect at {host.endpoint}" if host.endpoint else f"by {wires}"
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
         f"  tasks   {', '.join(served) or 'none'}",

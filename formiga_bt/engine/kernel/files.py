@@ -31,7 +31,9 @@ def note_files(core: Core, task_id: str, agent: str, what: str, given: Sequence[
         return
     known = {(one.goal, one.file) for one in task.files.found}
     new = [
-        TaskFile(agent=agent, what=what, goal=goal, at=core.now, file=one) for one in good if (goal, one) not in known
+        TaskFile(agent=agent, what=what, goal=goal, at=core.now, file=one)
+        for one in dict.fromkeys(good)
+        if (goal, one) not in known
     ]
     if new:
         core.put_part(task_id, "files", found=(*task.files.found, *new)[-MOST_FILES:])
