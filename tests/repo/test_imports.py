@@ -28,5 +28,6 @@ def test_every_wire_is_kept_out_of_the_engine() -> None:
         "messages",
         "codec",
         "agent_side",
+        "attachments",
     }
     assert [wire for wire in sorted(wires) if f"formiga_bt.transport.{wire}" not in contracts] == []

@@ -254,8 +254,7 @@ def _fleet(
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     served = host.served
     refused = [one for one in host.refused if not one.shipped]
-    wires = ", ".join(name for name in host.site.transports if name != "zenoh")
-    where = f"they connect at {host.endpoint}" if host.endpoint else f"by {wires}"
+    where = f"they connect at {host.endpoint}" if host.endpoint else f"by {', '.join(host.site.transports)}"
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
         f"  tasks   {', '.join(served) or 'none'}",

@@ -8,7 +8,7 @@ from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.records import TaskFile
 from formiga_bt.transport.attachments import Attachment, usable
 
-MOST_FILES: Final = 100
+MOST_FILES: Final = 32
 """Of one task; beyond that the oldest are forgotten."""
 
 

@@ -9,9 +9,8 @@ from typing import Annotated, Final
 from urllib.parse import quote
 
 import msgspec
-from fastapi import Query, Request
+from fastapi import Depends, Query, Request
 from fastapi.responses import Response
-from starlette.concurrency import run_in_threadpool
 
 from formiga_bt.services.http.routes import REF, FactRoutes
 from formiga_bt.services.kept.attachments import AttachmentStore
@@ -47,11 +46,10 @@ def add(routes: FactRoutes, store: AttachmentStore) -> None:
     @routes.app.put(
         "/v1/attachments/{sha256}", tags=["attachments"], status_code=201, response_model=None, responses={201: about}
     )
-    async def keep(sha256: str, request: Request) -> Response:
+    def keep(sha256: str, data: Annotated[bytes, Depends(_body)]) -> Response:
         """Keep the bytes of an attachment, which are the body; the same again changes nothing."""
-        data = await request.body()
         try:
-            await run_in_threadpool(store.put, sha256, data)
+            store.put(sha256, data)
         except FileError as error:
             code, _, text = str(error).partition(": ")
             raise Refused(code, text, "send exactly the bytes whose SHA-256 the path names") from error
@@ -70,6 +68,10 @@ def add(routes: FactRoutes, store: AttachmentStore) -> None:
             text = f"no attachment with the hash {sha256[:64]!r} is here: it never came, or it was forgotten"
             raise Refused("no_attachment", text)
         return Response(data, 200, headers(name or sha256, media_type), media_type=None)
+
+
+async def _body(request: Request) -> bytes:
+    return await request.body()
 
 
 def headers(name: str, media_type: str) -> dict[str, str]:
