@@ -254,7 +254,7 @@ def _fleet(
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     served = host.served
     refused = [one for one in host.refused if not one.shipped]
-    where = f"they connect at {host.endpoint}" if host.endpoint else f"by {', '.join(host.site.transports)}"
+    where = f"they connect at {host.endpoint}" if host.endpoint else "by the wires that the site names"
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
         f"  tasks   {', '.join(served) or 'none'}",
