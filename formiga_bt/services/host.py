@@ -190,7 +190,8 @@ class EngineHost:
         discovered.restore(self._folder.path, self._catalogue, self.site)
         self._restore_tasks()
         served = dict(self._tasks)
-        self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
+        listed = members.with_added(self.site, self._folder.path)
+        self._back = self.journaling.find_comeback(self._tasks, listed, self._catalogue, now_us, counters)
         back = self._back
         self.view = EngineView(self.epoch, state=copy_of(back.state) if back is not None else None)
         flights = FlightLog(self._folder.path, self.site)
@@ -304,7 +305,8 @@ class EngineHost:
     def _restore_tasks(self) -> None:
         """Serve what was loaded into the engine before, besides the task files of this start."""
         store = self._store
-        found, self.restored = served_again(store, self._tasks, self.site, self._catalogue)
+        listed = members.with_added(self.site, self._folder.path)
+        found, self.restored = served_again(store, self._tasks, listed, self._catalogue)
         loaded = store.served()
         for name, task in found.items():
             self._tasks.serve(task)

@@ -23,6 +23,7 @@ from formiga_bt.safety.drafted import Drafted, merged, said_in
 from formiga_bt.services.kept import drafted
 from formiga_bt.services.kept.bundles import BundleStore, Stored
 from formiga_bt.services.kept.drafted import known_below, who_drafted
+from formiga_bt.services.members import with_members
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import shown
@@ -107,7 +108,7 @@ class Loading:
                 stored, is_new = self._store.keep(file, texts, by=by, unix_millis=unix_millis)
             except SiteError as error:
                 raise Refused("not_kept", str(error)) from error
-            loaded = read_stored(stored, self._site, self._catalogue, self._texts)
+            loaded = read_stored(stored, self._site_now(), self._catalogue, self._texts)
             if loaded.task is None:
                 if is_new:
                     self._store.drop(stored)
@@ -119,6 +120,10 @@ class Loading:
                 raise Refused("not_kept", str(error)) from error
             given = Serve(loaded.task.name, loaded.task.bundle, by, wrote)
             return self._serve(loaded.task, stored, given, _warnings(loaded, stored), is_new=is_new)
+
+    def _site_now(self) -> Site:
+        with self._view.reading() as state:
+            return with_members(self._site, dict(state.members))
 
     def _wrote(self, loaded: Loaded, told: Drafted | None, unix_millis: int) -> Drafted | None:
         """Return who had a model write a task; what comes in with it is written down, so that a bare copy is known too."""

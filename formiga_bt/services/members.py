@@ -4,15 +4,19 @@ Kept in the site's runtime folder, each file a line for each word, never changed
 `fleets.jsonl` the fleets that people saved under a name.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from msgspec.structs import replace
 
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.base.site_folder import FLEET, FLEETS, append_line, read_lines
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import AddAgent, EngineStep, RemoveAgent
+from formiga_bt.engine.kernel.records import Member
 from formiga_bt.engine.kernel.replies import Accepted, Done
-from formiga_bt.lang.model import Site
+from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.order_taker import OrderTaker
@@ -41,17 +45,44 @@ def lines_of(step: EngineStep) -> list[dict[str, Any]]:
     return found
 
 
+def standing(folder: Path) -> list[AddAgent]:
+    """Return who was added and not removed, as the runtime folder tells.
+
+    Raises:
+        SiteError: the file cannot be read.
+    """
+    last = {str(line.get("agent", "")): line for line in read_lines(folder / FLEET)}
+    return [
+        AddAgent(name, str(line.get("type", "")), str(line.get("home", "")), str(line.get("by", "")), line["at_us"])
+        for name, line in last.items()
+        if name and not line.get("remove") and isinstance(line.get("at_us"), int)
+    ]
+
+
 def restore(folder: Path, driver: OrderTaker) -> None:
     """Tell a new engine who was added. Whoever cannot be any more stays out, and is shown as not listed."""
-    last = {str(line.get("agent", "")): line for line in read_lines(folder / FLEET)}
-    for name, line in last.items():
-        at = line.get("at_us")
-        if name and not line.get("remove") and isinstance(at, int):
-            given = AddAgent(name, str(line.get("type", "")), str(line.get("home", "")), str(line.get("by", "")), at)
-            try:
-                driver.ask(given)
-            except TaskError:
-                continue
+    for given in standing(folder):
+        try:
+            driver.ask(given)
+        except TaskError:
+            continue
+
+
+def with_added(site: Site, folder: Path) -> Site:
+    """Return a site that lists the agents that were added, too: what tasks are checked against when an engine starts."""
+    return _listing(site, {given.agent: (given.kind, given.home) for given in standing(folder)})
+
+
+def with_members(site: Site, members: Mapping[str, Member]) -> Site:
+    """Return a site that lists the members of the fleet, too: what tasks are checked against while an engine runs."""
+    return _listing(site, {name: (one.type, one.home) for name, one in members.items()})
+
+
+def _listing(site: Site, added: Mapping[str, tuple[str, str]]) -> Site:
+    if not added:
+        return site
+    more = {name: SiteAgent(name, kind, home) for name, (kind, home) in added.items()}
+    return replace(site, agents={**more, **site.agents})
 
 
 class Members:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from msgspec.structs import replace
 
-from formiga_bt.base.errors import FormigaError, TreeError
-from formiga_bt.base.site_folder import SiteFolder, check_free
+from formiga_bt.base.errors import FormigaError, SiteError, TreeError
+from formiga_bt.base.site_folder import FOLDER, SiteFolder, check_free
 from formiga_bt.base.visible import visible
 from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo, read_world, rendered
@@ -111,7 +112,7 @@ def command(
     if no_journal and journal:
         raise UnusableFile("--no-journal and --journal URL: say one of them")
     texts: dict[str, dict[str, str]] = {}
-    served, refused = read_library(tasks, beside, world, texts, check_options(site, actions or ()))
+    served, refused = read_library(tasks, beside, _with_fleet(world, beside), texts, check_options(site, actions or ()))
     warn_of_waits(served, world)
     for rule in world.site.rules.values():
         if rule.task not in served:
@@ -208,6 +209,21 @@ def gaps(site: "Site", speed: float) -> list[str]:
             "  help: list each under agents: in site.yaml, with its port"
         )
     return found
+
+
+def _with_fleet(world: CheckWorld, beside: Path) -> CheckWorld:
+    """Return what tasks are checked against: agents that people added, and actions that agents announced, count too."""
+    from formiga_bt.lang.growing import growing
+    from formiga_bt.services import discovered
+    from formiga_bt.services.members import with_added
+
+    assert world.site is not None
+    runtime, catalogue = beside / FOLDER / world.site.name, growing(world.catalogue)
+    try:
+        discovered.restore(runtime, catalogue, world.site)
+        return replace(world, site=with_added(world.site, runtime), catalogue=catalogue)
+    except SiteError:  # the start sets a file aside that cannot be read, and says so
+        return world
 
 
 def _people(words: list[str], world: CheckWorld) -> dict[str, str]:

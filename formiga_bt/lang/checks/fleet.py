@@ -108,7 +108,7 @@ def most_of(names: set[str], catalogue: Catalogue, site: Site) -> int | None:
     listed = sum(agent.type in names for agent in site.agents.values())
     if site.mode == "real":
         return listed
-    if any(catalogue.types[name].human for name in names):
-        return None
+    if not all(catalogue.types[name].flies for name in names):
+        return None  # others need no port to join
     homes = {agent.home for agent in site.agents.values()}
     return listed + sum(port not in homes for port in site.ports)

@@ -126,3 +126,14 @@ def test_in_simulation_anybody_adds_one(spare: Start) -> None:
         said = service.post("/v1/agents/hwd_7/member", {"type": "hwd", "home": SPARE})
         assert "hwd_7" in said["text"]
         assert service.refused("POST", "/v1/agents/lwd_1/member/remove")["code"] == "in_site_file"
+
+
+def test_a_task_for_a_member_is_served_where_the_site_file_lists_none(real: Start) -> None:
+    text = "formiga: 1\ntask: Pair\nagents: {drones: {type: hwd, count: 2}}\nsteps: [{wait: 1 s}]\n"
+    body = {"file": "pair.yaml", "texts": {"pair.yaml": text}, "by": "eve"}
+    with real() as service:
+        assert service.call("POST", "/v1/library", body)[0] == 422
+        add(service, "hwd_7", type="hwd")
+        assert service.call("POST", "/v1/library", body)[0] == 200
+    with real() as service:
+        assert "Pair" in [one["task"] for one in service.get("/v1/library")["tasks"]]
