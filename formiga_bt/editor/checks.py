@@ -11,6 +11,7 @@ from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.editor.grammar import is_ours
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Recorder, Seen
+from formiga_bt.lang.any_file import check_rules
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.loader import load_library_text, load_task_text
 from formiga_bt.lang.scenario import load_scenario_text
@@ -52,7 +53,10 @@ def _problems(project: Project, document: Document, watch: Recorder) -> Sequence
             )
             return loaded.diagnostics
         case "site":
-            return load_site_text(text, file, project.catalogue(path))[1]
+            found = load_site_text(text, file, project.catalogue(path), read=project.read)[1]
+            return [one for one in found if one.mark.file == file]  # those of its rules stand in their files
+        case "rules":
+            return check_rules(text, path, project.actions, project.read)
         case "catalogue":
             files = project.catalogue_files(path)
             known = path.resolve() in [one.resolve() for one in files]

@@ -14,10 +14,11 @@ from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION, FIELD
 from formiga_bt.lang.catalogue import FILE, TYPE
 from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Option, StepKind
+from formiga_bt.lang.rules.keys import RULE, RULES_FILE
 from formiga_bt.lang.scenario import options as scenario
 from formiga_bt.rehearsal.cases import options as tests
 
-FileKind = Literal["task", "library", "site", "catalogue", "scenario", "test"]
+FileKind = Literal["task", "library", "site", "rules", "catalogue", "scenario", "test"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,7 @@ _TYPE: Final = Option("type", "name", "The type.")
 _LIST_TYPE: Final = OptionMapping("list type", (Option("list", "name", "The type of its items: the value is a list."),))
 """What may stand in place of a type's name: `{list: place}`."""
 
+_RULES: Final = FreeMapping("rules", OptionMapping("rule", RULE))
 _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
     {
         ("task", "params"): _PARAMS,
@@ -104,6 +106,8 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("site", "terrain"): OptionMapping("terrain", site.TERRAIN),
         ("site", "pilots"): OptionMapping("pilot", site.PILOT),
         ("site", "agents"): FreeMapping("site agents", OptionMapping("site agent", site.AGENT)),
+        ("site", "rules"): _RULES,
+        ("rules", "rules"): _RULES,
         ("port", "at"): _PLACE,
         ("port", "waiting"): _PLACE,
         ("scenario", "agents"): OptionMapping("scenario agent", scenario.AGENT),
@@ -141,6 +145,7 @@ ROOTS: Final[Mapping[FileKind, OptionMapping]] = MappingProxyType(
         "task": OptionMapping("task", TASK),
         "library": OptionMapping("library", LIBRARY),
         "site": OptionMapping("site", site.SITE),
+        "rules": OptionMapping("rules", RULES_FILE),
         "catalogue": OptionMapping("catalogue", FILE),
         "scenario": OptionMapping("scenario", scenario.SCENARIO),
         "test": OptionMapping("test", tests.FILE),
@@ -155,9 +160,12 @@ def file_kind(lines: Sequence[str], name: str = "") -> FileKind:
     keys = _root_keys(lines)
     if "task" in keys:
         return "task"
-    for key, kind in (("formiga_site", "site"), ("scenario", "scenario")):
-        if key in keys:
-            return "site" if kind == "site" else "scenario"
+    if "formiga_site" in keys:
+        return "site"
+    if "formiga_rules" in keys:
+        return "rules"
+    if "scenario" in keys:
+        return "scenario"
     if "formiga" in keys:
         return "library" if "subtrees" in keys and "steps" not in keys else "task"
     return "catalogue" if keys & {"types", "actions"} else "task"
@@ -166,7 +174,7 @@ def file_kind(lines: Sequence[str], name: str = "") -> FileKind:
 def is_ours(lines: Sequence[str]) -> bool:
     """Return whether a file is one of formiga's; an editor shows other YAML files too."""
     keys = _root_keys(lines)
-    marks = {"formiga", "formiga_site", "formiga_test", "scenario"}
+    marks = {"formiga", "formiga_site", "formiga_rules", "formiga_test", "scenario"}
     return bool(keys & marks) or {"task", "steps"} <= keys or bool(keys and keys <= {"types", "actions"})
 
 

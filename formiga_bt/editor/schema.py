@@ -26,6 +26,7 @@ from formiga_bt.lang.kinds import (
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec, Site
 from formiga_bt.lang.params import SIMPLE
 from formiga_bt.lang.request.profiles import PROFILE
+from formiga_bt.lang.rules.keys import RULE, RULES_FILE
 from formiga_bt.lang.scenario.options import SCENARIO
 from formiga_bt.lang.site import SITE
 from formiga_bt.lang.types import Type
@@ -50,6 +51,7 @@ def editor_schema(catalogue: Catalogue, where: Site | None = None) -> Schema:
         (("formiga_test",), "test"),
         (("formiga_profile",), "profile"),
         (("formiga_site",), "site"),
+        (("formiga_rules",), "rules"),
         (("scenario",), "scenario"),
         (("types",), "catalogue"),
         (("actions",), "catalogue"),
@@ -92,6 +94,7 @@ class _Maker:
             "task": self._object(TASK),
             "library": self._object(LIBRARY),
             "site": self._site_file(),
+            "rules": self._rules_file(),
             "scenario": self._object(SCENARIO),
             "profile": self._object(PROFILE),
             "test": self._test(),
@@ -274,6 +277,7 @@ class _Maker:
             "base": self._object(site.BASE),
             "ports": _map(self._object(site.PORT)),
             "resources": _map({"anyOf": [self._object(site.RESOURCE), {"type": "null"}]}),
+            "rules": _map(self._rule()),
             "terrain": self._object(site.TERRAIN),
             "agents": _map(agent),
             "pilots": {"type": "array", "items": self._object(site.PILOT)},
@@ -281,6 +285,20 @@ class _Maker:
         }
         for name, one in closer.items():
             keys[name] = {"description": keys[name]["description"], **one}
+        return schema
+
+    def _rule(self) -> Schema:
+        schema = self._object(RULE)
+        ids = {"type": "array", "items": {"type": "string"}}
+        schema["properties"]["of"] = {
+            "description": schema["properties"]["of"]["description"],
+            "anyOf": [{"type": "string"}, ids],
+        }
+        return schema
+
+    def _rules_file(self) -> Schema:
+        schema = self._object(RULES_FILE)
+        schema["properties"]["rules"] = {"description": "The rules by name.", **_map(self._rule())}
         return schema
 
     def _test(self) -> Schema:

@@ -1,27 +1,29 @@
-"""Any file of the language by what it says it is: a task, a library, a site, a scenario, a catalogue.
+"""Any file of the language by what it says it is: a task, a library, a site, rules, a scenario, a catalogue.
 
 Called by `formiga fix`, which checks a text that is not on disk yet.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.files import read_file
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.rules.keys import FOLDER as RULES
 from formiga_bt.lang.scenario import load_scenario_text
 
-Kind = Literal["task", "library", "site", "scenario", "catalogue", "other"]
+Kind = Literal["task", "library", "site", "rules", "scenario", "catalogue", "other"]
 """`other`: a test, or a profile; no fixes are offered for them."""
 
 _SIGNS: Final[tuple[tuple[Kind, str], ...]] = (
     ("other", "formiga_test|formiga_profile"),
+    ("rules", "formiga_rules"),
     ("task", "task"),
     ("site", "formiga_site"),
     ("scenario", "scenario"),
@@ -61,6 +63,8 @@ def check_text(
     match kind_of(text):
         case "site":
             return [one for one in compose(path, added, text=text).diagnostics if one.mark.file == file]
+        case "rules":
+            return check_rules(text, path, added)
         case "scenario":
             folders = (path.parent, folder("trees"))
             return load_scenario_text(text, file, actions=added, folders=folders).diagnostics
@@ -73,6 +77,27 @@ def check_text(
             return _of_library(text, path, catalogue)
         case _:
             return load_task_text(text, file, catalogue=catalogue, site=site, folder_=path.parent).diagnostics
+
+
+def rules_of_site(path: Path, added: Sequence[Path] = ()) -> list[Diagnostic]:
+    """Return the problems of the files of rules beside a site file."""
+    beside = path.parent / RULES
+    return [one for one in compose(path, added).diagnostics if Path(one.mark.file).parent == beside]
+
+
+def check_rules(
+    text: str, path: Path, added: Sequence[Path], read: Callable[[Path], str] = read_file
+) -> list[Diagnostic]:
+    """Return the problems of a file of rules: they are those of the site beside whose file its folder stands."""
+    site = path.parent.parent / "site.yaml"
+    if path.parent.name != RULES or not site.is_file():
+        what = f"there is no {site}, so nothing can be said of these rules"
+        return [Diagnostic("E008", Mark(str(path), 1, 1), what, "they stand in rules/ beside the site file, site.yaml")]
+
+    def read_all(one: Path) -> str:
+        return text if one == path else read(one)
+
+    return [one for one in compose(site, added, read=read_all).diagnostics if one.mark.file == str(path)]
 
 
 def _of_library(text: str, path: Path, catalogue: Catalogue) -> list[Diagnostic]:

@@ -50,7 +50,7 @@ def compose(
     problems += found
     the_site: Site | None = None
     if site is not None and text is not None:
-        the_site, wrong, own = load_site_text(text, str(site), catalogue)
+        the_site, wrong, own = load_site_text(text, str(site), catalogue, read=read)
         problems += wrong
         sources = {**sources, **own}
     return Composed(catalogue, the_site, files, tuple(in_order(problems)), sources)

@@ -24,7 +24,7 @@ from formiga_bt.cli.inputs import (
 
 Form = Literal["text", "json", "sarif", "github"]
 
-_OTHER: Final = re.compile(r"^[\"']?(?:formiga_(?:site|test|profile)|scenario)[\"']?[ \t]*:", re.MULTILINE)
+_OTHER: Final = re.compile(r"^[\"']?(?:formiga_(?:site|rules|test|profile)|scenario)[\"']?[ \t]*:", re.MULTILINE)
 _OTHER_BUT: Final = re.compile(r"^[\"']?(?:types|actions)[\"']?[ \t]*:", re.MULTILINE)
 _TASK: Final = re.compile(r"^[\"']?(?:task|subtrees)[\"']?[ \t]*:", re.MULTILINE)
 """What files say that they are (`lang.any_file` says it too, but it is too slow to import for a task)."""
@@ -74,7 +74,7 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
 
 
 def is_other(path: Path) -> bool:
-    """Return whether a file says that it is a site, a catalogue, a scenario, a test or a profile, and no task."""
+    """Return whether a file says that it is a site, rules, a catalogue, a scenario, a test or a profile, and no task."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -95,10 +95,12 @@ def _other(path: Path, world: CheckWorld, actions: Sequence[Path]) -> tuple[Sequ
 
         profile = load_profile(path)
         return profile.diagnostics, profile.sources
-    from formiga_bt.lang.any_file import check_text
+    from formiga_bt.lang.any_file import check_text, kind_of, rules_of_site
 
     known = [d for d in world.diagnostics if d.mark.file == str(path)]
     found = check_text(text, path, world.catalogue, world.actions, world.site, added=actions)
+    if kind_of(text) == "site":
+        found = [*found, *rules_of_site(path, actions)]
     return [one for one in found if one not in known], {str(path): text}
 
 

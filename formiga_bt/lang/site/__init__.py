@@ -4,9 +4,11 @@ Places become metres east and north of the base; latitudes and longitudes go thr
 line, the engine's front and tests. `reader` reads the keys, `points` the places, and `whole` says what must fit together.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
+from formiga_bt.lang.files import read_file
 from formiga_bt.lang.keyed import read_root, text_of
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, BASE, PILOT, PORT, RESOURCE, SITE, TERRAIN
@@ -32,13 +34,13 @@ def load_site(path: Path, catalogue: Catalogue | None = None) -> tuple[Site | No
 
 
 def load_site_text(
-    text: str, file: str, catalogue: Catalogue | None = None
+    text: str, file: str, catalogue: Catalogue | None = None, *, read: Callable[[Path], str] = read_file
 ) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
-    """Read the text of a site file; `file` is its name in marks, and `catalogue` has the types of its agents."""
+    """Read the text of a site file; `file` is its name in marks, `catalogue` has its types, `read` gives further texts."""
     problems = Problems()
     keys = read_root(text, file, SITE, problems, what="site", owner="a site", begin="formiga_site: 1")
     if keys is None:
         return None, in_order(problems.found), {file: text}
-    reader = SiteReader(problems, keys, catalogue, file)
+    reader = SiteReader(problems, keys, catalogue, file, read)
     site = reader.read(text)
     return (None if problems.has_errors() else site), in_order(problems.found), {file: text, **reader.sources}

@@ -1,7 +1,7 @@
 """The keys of a site file read into a `Site`: its points by `points`, all else here."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +11,7 @@ from formiga_bt.base.geo import Place
 from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.covered import covered_by_site
 from formiga_bt.lang.keyed import Keys, check_version, read_inside
-from formiga_bt.lang.model import AgentType, Port, Resource, Site, SiteAgent, Station
+from formiga_bt.lang.model import AgentType, Catalogue, Port, Resource, Site, SiteAgent, Station
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
 from formiga_bt.lang.rules.keys import FOLDER as RULES
 from formiga_bt.lang.shipped import types_help
@@ -25,6 +25,7 @@ from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.site.wires import read_transports
 from formiga_bt.lang.text.document import Entry, Scalar
 from formiga_bt.lang.text.reading import (
+    Problems,
     did_you_mean,
     fix_word,
     quoted_list,
@@ -41,12 +42,21 @@ from formiga_bt.lang.text.synonyms import nearest, surely
 class SiteReader(Points):
     """Reads the keys of one site file."""
 
-    sources: dict[str, str]
-    """Texts of the files of its rules, by name, once it is read."""
+    def __init__(
+        self,
+        problems: Problems,
+        keys: Keys,
+        catalogue: Catalogue | None,
+        file: str,
+        read: Callable[[Path], str],
+    ) -> None:
+        super().__init__(problems, keys, catalogue, file)
+        self._read = read
+        self.sources: dict[str, str] = {}
+        """Texts of the files of its rules, by name, once it is read."""
 
     def read(self, text: str) -> Site:
         """Build the site; where something is wrong it has been reported and is left out."""
-        self.sources = {}
         check_version(self.keys, "formiga_site", "this site needs")
         if "actions" in self.keys:
             check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
@@ -106,7 +116,7 @@ class SiteReader(Points):
             return site
         from formiga_bt.lang.rules.reading import Rules  # it reads tasks, which know what a site is
 
-        rules = Rules(site, self.catalogue, self.problems)
+        rules = Rules(site, self.catalogue, self.problems, self._read)
         found, digest = rules.all(self.entries("rules"))
         self.sources.update(rules.sources)
         return replace(site, rules=found, rules_digest=digest)
