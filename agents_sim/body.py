@@ -52,6 +52,8 @@ class Body:
         self.outcomes = Outcomes(setup.spec.outcomes)
         self.scheduler = setup.scheduler
         self.side: AgentSide | None = None
+        self.link: object = None
+        """What carries its words; files too, if it is a `SendsFiles`."""
 
     def attach(self, side: AgentSide) -> None:
         """Take the side that speaks for this body; a later one replaces it (its process was started again)."""

@@ -5,7 +5,6 @@ does not break off a landing near the ground, at the end of its charge lands by 
 card says (control `failsafe`). It flies at its airspeed, so that wind changes how long a leg takes.
 """
 
-from collections.abc import Mapping
 from typing import Any, Final
 
 from agents_sim.body import Setup
@@ -13,10 +12,10 @@ from agents_sim.kinds import SimAction, lasts_us
 from agents_sim.limits import DroneLimits
 from agents_sim.machine import Machine
 from agents_sim.motion import MotionKind, Segment, Wind, fall_us, leg_us
-from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, plan, product, way_down, way_home
+from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, Product, plan, product, way_down, way_home
 from agents_sim.preflight import preflight
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.geo import Position
+from formiga_bt.base.geo import Frame, Position
 from formiga_bt.transport.messages import GoalRequest, Landed, PreflightCheck
 
 LANDING_FINAL_M: Final = 5.0
@@ -89,8 +88,9 @@ class Drone(Machine):
         lasts = lasts_us(action, self._seed, request.goal_id)
         return plan(request, action, self.position(), is_airborne=self.is_airborne, is_low=is_low, lasts_us=lasts)
 
-    def _product(self, request: GoalRequest, legs: list[Leg]) -> Mapping[str, Any]:
-        return product(request, legs)
+    def _product(self, request: GoalRequest, legs: list[Leg]) -> Product:
+        told = self.side.site if self.side is not None else None
+        return product(request, legs, Frame(told.base.lat, told.base.lng) if told is not None else self._frame)
 
     def _begun(self, request: GoalRequest, action: SimAction) -> None:
         if not self.is_airborne and action.effect == "airborne":

@@ -15,10 +15,12 @@ from agents_sim.charge import drain_percent_s
 from agents_sim.kinds import Outcome, SimAction, lasts_us
 from agents_sim.limits import MachineLimits
 from agents_sim.motion import BadFieldError, BodyState, MotionKind, Segment, leg_us, read_place
-from agents_sim.planning import Flight, Leg, speed_of
+from agents_sim.planning import Flight, Leg, Product, speed_of
 from formiga_bt.base.clock import SECOND, Micros, Timer, micros
 from formiga_bt.base.geo import Frame, Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.attachments import Attachment, attachment_of
+from formiga_bt.transport.base import SendsFiles
 from formiga_bt.transport.messages import Control, GoalRequest, Landed
 
 NO_ACTION: Final = SimAction()
@@ -183,9 +185,9 @@ class Machine(Body):
         """Return the points of the way over ground: straight. Whoever knows ways plans them here."""
         return [Position(to.east_m, to.north_m, 0.0)]
 
-    def _product(self, request: GoalRequest, legs: list[Leg]) -> Mapping[str, Any]:  # noqa: ARG002  (who makes none)
-        """Return the fields of the result that a goal makes which is carried out as planned."""
-        return {}
+    def _product(self, request: GoalRequest, legs: list[Leg]) -> Product:  # noqa: ARG002  (who makes none)
+        """Return what a goal makes that is carried out as planned."""
+        return Product()
 
     def _begun(self, request: GoalRequest, action: SimAction) -> None:
         """Take note that a goal begins."""
@@ -325,9 +327,24 @@ class Machine(Body):
             side.finish(flight.goal_id, "failed", code=outcome.fail)
             return
         said = self.kind.actions.get(flight.action, NO_ACTION).result
-        made = {name: value for name, value in flight.product.items() if name in said}
+        made = {name: value for name, value in flight.product.result.items() if name in said}
         give = outcome.give if outcome is not None else {}
-        side.finish(flight.goal_id, "succeeded", result={**said, **made, **give})
+        files = self._sent(flight.product)
+        side.finish(flight.goal_id, "succeeded", result={**said, **made, **give}, attachments=files)
+
+    def _sent(self, product: Product) -> list[Attachment]:
+        """Send the files of a goal once; return what names those that were not refused at once."""
+        link = self.link
+        named: list[Attachment] = []
+        if not isinstance(link, SendsFiles):
+            return []
+        for file in product.files:
+            one = attachment_of(file.name, file.data, file.media_type)
+            answers: list[str] = []
+            link.send_file(one.sha256, file.data, answers.append)
+            if not any(answers):
+                named.append(one)
+        return named
 
     def _stand_still(self) -> None:
         now, here = self.scheduler.now(), self._segment.at(self.scheduler.now())

@@ -15,7 +15,7 @@ from agents_sim.kinds import Outcome, SimAction
 from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
 from agents_sim.sweep import sweep
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.geo import Place, Position, horizontal_m
+from formiga_bt.base.geo import Frame, Place, Position, horizontal_m
 from formiga_bt.transport.messages import GoalRequest
 
 CUT_MOTORS: Final = "CutMotors"
@@ -46,6 +46,22 @@ class Leg(Struct, frozen=True):
     """How long it lasts; None = as long as the way takes."""
 
 
+class ProductFile(Struct, frozen=True):
+    """A file that the result of a goal names."""
+
+    name: str
+    media_type: str
+    data: bytes
+
+
+class Product(Struct, frozen=True):
+    """What a goal makes that ends well."""
+
+    result: Mapping[str, Any] = {}
+    """Fields of its result."""
+    files: tuple[ProductFile, ...] = ()
+
+
 class Flight:
     """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
 
@@ -63,8 +79,8 @@ class Flight:
         self.canceled = False
         self.outcome = outcome
         """What is to become of its goal."""
-        self.product: Mapping[str, Any] = {}
-        """What it makes, if it ends well: fields of its result."""
+        self.product = Product()
+        """What it makes, if it ends well."""
 
 
 def plan(
@@ -192,12 +208,21 @@ def _sweep(request: GoalRequest, here: Position) -> list[Leg] | str:
     return [Leg(Position(place.east_m, place.north_m, up), "cruise", speed) for place in places]
 
 
-def product(request: GoalRequest, legs: list[Leg]) -> dict[str, Any]:
-    """Return what a goal makes that is flown as planned: of a search the share of its region that was seen."""
+def product(request: GoalRequest, legs: list[Leg], frame: Frame | None) -> Product:
+    """Return what a goal makes that is flown as planned: of a search the share of its region that was seen, and its cells.
+
+    Args:
+        request: the goal.
+        legs: its plan.
+        frame: of the base; None = the drone does not know it, and writes no file for maps.
+    """
     if request.action != EXPLORE:
-        return {}
+        return Product()
     corners = [read_place(corner) for corner in request.fields["region"]]
-    return covered(corners, [leg.to.ground for leg in legs], legs[0].to.up_m).result()
+    found = covered(corners, [leg.to.ground for leg in legs], legs[0].to.up_m)
+    if frame is None:
+        return Product(found.result())
+    return Product(found.result(), (ProductFile("coverage.geojson", "application/geo+json", found.geojson(frame)),))
 
 
 def speed_of(request: GoalRequest) -> float | None:

@@ -118,6 +118,7 @@ class AgentProcess:
             build_card(spec, self.body, new_boot_id(spec.id)), front, self._faulty, self.scheduler, self._follow_jump
         )
         self.side.book = self._book
+        self.body.link = self._link
         self.body.attach(self.side)
 
     def run(self, is_stopping: Callable[[], bool], orders: Callable[[], list[Order]] = list) -> None:

@@ -208,6 +208,7 @@ class SimFleet:
         wire: MemoryLink = self._hub.link(agent.spec.id)
         wire.beats = True
         agent.link = FaultyLink(wire)
+        agent.body.link = wire
         card = build_card(agent.spec, agent.body, f"{agent.spec.id}-boot-{agent.boots}")
         side = agent.side = AgentSide(card, agent.front, agent.link, now=self._scheduler.now)
         agent.body.attach(side)

@@ -75,6 +75,47 @@ def test_a_scenario_says_what_is_found(world: World) -> None:
     assert (result["coverage"], result["finds"]) == (100.0, finds)
 
 
+class Shelf:
+    """Keeps the bytes of attachments in memory."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, bytes] = {}
+
+    def put(self, digest: str, data: bytes) -> None:
+        self.kept[digest] = data
+
+    def get(self, digest: str) -> bytes | None:
+        return self.kept.get(digest)
+
+
+def test_a_search_sends_its_cells_as_a_file_that_its_result_names(world: World) -> None:
+    world.hub.files = shelf = Shelf()
+    world.fleet.add(AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 10.0), base=(66.5, 25.7)))
+    goal = world.order("d", "Explore", region=CORNERS, altitude=10.0)
+    world.run(600.0)
+    (file,) = world.end(goal)[1].attachments
+    assert (file.name, file.media_type) == ("coverage.geojson", "application/geo+json")
+    data = shelf.kept[file.sha256]
+    assert len(data) == file.size
+    assert [one["properties"]["seen"] for one in json.loads(data)["features"]] == [True, False]
+
+
+def test_what_nobody_keeps_is_not_named(world: World) -> None:
+    world.fleet.add(AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0), base=(66.5, 25.7)))
+    goal = world.order("d", "Explore", region=CORNERS, altitude=60.0)
+    world.run(600.0)
+    assert world.end(goal)[1].attachments == ()
+
+
+def test_who_does_not_know_the_base_sends_no_file(world: World) -> None:
+    world.hub.files = shelf = Shelf()
+    world.fleet.add(AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0)))
+    goal = world.order("d", "Explore", region=CORNERS, altitude=60.0)
+    world.run(600.0)
+    assert world.end(goal)[1].attachments == ()
+    assert shelf.kept == {}
+
+
 def test_a_leg_gives_nothing(world: World) -> None:
     world.fleet.add(AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0)))
     goal = world.order("d", "GoTo", to=point(10, 0, 60))
