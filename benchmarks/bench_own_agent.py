@@ -57,7 +57,8 @@ def on_goal(query):
     event = {"goal_id": goal, "agent": "mule_1", "state": "accepted", "n": 1}
     query.reply(str(query.key_expr), json.dumps(event))
     status["seq"] += 1
-    session.put(me + "action/Drive/event", json.dumps({**event, "state": "succeeded", "n": 2, "status": status}), express=True)
+    session.put(me + "action/Drive/event", json.dumps({**event, "state": "succeeded", "n": 2, "status": status}),
+                congestion_control=zenoh.CongestionControl.BLOCK, express=True)
 
 direct = lambda call: zenoh.handlers.Callback(call, None, indirect=False)
 kept = [session.declare_queryable(me + "card", direct(lambda query: query.reply(me + "card", json.dumps(card)))),
