@@ -7,7 +7,8 @@ import pytest
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.index import StateIndex
-from formiga_bt.engine.kernel.inputs import Abort
+from formiga_bt.engine.kernel.inputs import Abort, UpdateGoal
+from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef
@@ -203,3 +204,14 @@ def test_what_a_machine_takes_up_survives_a_start_anew(made: tuple[Site, Catalog
 
     assert fresh.on_route.of("a") == ("r1",)
     assert fresh.driving == {"r1": hall.record("r1").goal}
+
+
+def test_on_routes_a_target_does_not_change_on_the_way(made: tuple[Site, Catalogue]) -> None:
+    hall = Hall(made, "r1")
+    hall.go("r1", "s2")
+    goal = hall.rovers["r1"].goal
+    before, held = hall.engine.state.goals[goal.goal_id], hall.held("r1")
+    reply = hall.driver.feed(UpdateGoal(goal.goal_id, {next(iter(goal.fields)): Place(40.0, 10.0)})).reply
+    assert isinstance(reply, Refusal)
+    assert reply.code == "no_update"
+    assert (hall.engine.state.goals[goal.goal_id], hall.held("r1")) == (before, held)

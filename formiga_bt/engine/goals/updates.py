@@ -53,9 +53,9 @@ class Updates:
             fields: those that change, as runtime values.
 
         Raises:
-            TaskError: it cannot be, and the goal goes on as before: no such goal runs (`no_goal`), its wire has no updates
-                (`no_update`), another one is on its way (`update_open`), a field is unknown or of another type
-                (`bad_field`), or what the gate says.
+            TaskError: it cannot be, and the goal goes on as before: no such goal runs (`no_goal`); its wire has no updates, or
+                the machine drives along routes (`no_update`); another one is on its way (`update_open`); a field is unknown
+                or of another type (`bad_field`); or what the gate says.
         """
         core = self._core
         goal = core.state.goals.get(goal_id)
@@ -71,6 +71,11 @@ class Updates:
         if goal.update is not None:
             raise TaskError("update_open", f"{agent.id} has not answered the last update of {goal_id} yet")
         self._check(goal, fields)
+        if self._gate.routing.drives(goal) and self._core.action(goal.action).moves_to in fields:
+            text = (
+                f"{agent.id} drives along the routes of the site, edge by edge: its target does not change on the way"
+            )
+            raise TaskError("no_update", text, help="abort the step, or wait for its end")
         merged = {**goal.fields, **fields}
         if merged == goal.fields:
             return
