@@ -7,12 +7,13 @@ import pytest
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.index import StateIndex
-from formiga_bt.engine.kernel.inputs import Abort, UpdateGoal
+from formiga_bt.engine.kernel.inputs import Abort, AgentSeenInput, UpdateGoal
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import Bench, task_of
+from formiga_bt.transport.cards import AgentCard
 
 SITE = """
 formiga_site: 1
@@ -215,3 +216,33 @@ def test_on_routes_a_target_does_not_change_on_the_way(made: tuple[Site, Catalog
     assert isinstance(reply, Refusal)
     assert reply.code == "no_update"
     assert (hall.engine.state.goals[goal.goal_id], hall.held("r1")) == (before, held)
+
+
+FREE = """
+formiga_site: 1
+name: yard
+base: {lat: 66.5, lng: 25.7}
+actions: [base, ground]
+agents:
+  r1: {type: rover}
+  r2: {type: rover}
+"""
+DRIVE = GO.replace("it.Dock", "it.Drive").replace("{at:", "{to:")
+
+
+@pytest.mark.parametrize("who", ["nobody", "one", "both"])
+def test_two_that_both_avoid_obstacles_share_free_ground(tmp_path: Path, who: str) -> None:
+    (tmp_path / "site.yaml").write_text(FREE)
+    found = compose(tmp_path / "site.yaml")
+    assert found.site is not None
+    site, catalogue = found.site, found.catalogue
+    yard = Bench(site, catalogue, [task_of(DRIVE, site, catalogue, "Go")])
+    first = yard.agent("r1", "rover", at=Place(0.0, 0.0))
+    yard.agent("r2", "rover", at=Place(20.0, 0.0))
+    for name, says in (("r1", who != "nobody"), ("r2", who == "both")):
+        yard.driver.feed(AgentSeenInput(AgentCard(id=name, type="rover", boot_id=yard.record(name).boot_id, wire=2,
+                                                  mobility="ground", actions=("Drive",), avoids=says)))  # fmt: skip
+    yard.submit("Go", {"rover": AgentRef("r1"), "to": Place(40.0, 0.0)})
+    yard.run_for(1.0)
+
+    assert bool(first.done) == (who == "both")
