@@ -7,7 +7,7 @@ says nothing about its fleet. Agents without charge, or busy, may fit later: tha
 
 from collections.abc import Iterable, Mapping
 
-from formiga_bt.lang.model import AgentType, Catalogue, Role, Site, Step, Task, WithAgents
+from formiga_bt.lang.model import AgentType, Catalogue, Release, Role, Site, Step, Task, WithAgents
 from formiga_bt.lang.text.reading import Problems, quoted_list
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.lang.walk import all_roles, children
@@ -23,7 +23,7 @@ def check_fleet(task: Task, catalogue: Catalogue, site: Site | None, problems: P
         held = [role for role in task.roles.values() if role.name not in told]
         _check_numbers(held, [], catalogue, site, problems)
         for section in (task.steps, task.on_failure, task.on_abort, task.finally_):
-            _check_blocks(section, held, catalogue, site, problems)
+            _check_blocks(section, {role.name: role for role in held}, catalogue, site, problems)
 
 
 def types_that_fit(role: Role, types: Mapping[str, AgentType]) -> list[AgentType]:
@@ -51,15 +51,18 @@ def _fits_a_type(role: Role, catalogue: Catalogue, site: Site | None, problems: 
 
 
 def _check_blocks(
-    steps: Iterable[Step], held: list[Role], catalogue: Catalogue, site: Site, problems: Problems
+    steps: Iterable[Step], held: dict[str, Role], catalogue: Catalogue, site: Site, problems: Problems
 ) -> None:
+    """Look at the blocks among the steps; what may have been released counts as released, and `held` has it no more."""
     for step in steps:
-        inside = held
-        if isinstance(step, WithAgents):
-            new = list(step.roles.values())
-            _check_numbers(held, new, catalogue, site, problems)
-            inside = [*held, *new]
-        _check_blocks(children(step), inside, catalogue, site, problems)
+        match step:
+            case Release():
+                held.pop(step.who.name, None)
+            case WithAgents():
+                _check_numbers(list(held.values()), list(step.roles.values()), catalogue, site, problems)
+                _check_blocks(step.steps, {**held, **step.roles}, catalogue, site, problems)
+            case _:
+                _check_blocks(children(step), held, catalogue, site, problems)
 
 
 def _check_numbers(held: list[Role], new: list[Role], catalogue: Catalogue, site: Site, problems: Problems) -> None:

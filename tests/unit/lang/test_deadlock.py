@@ -12,9 +12,17 @@ from formiga_bt.cli.operator.library import read_library, warn_of_waits
 from formiga_bt.lang.checks.deadlock import check_tasks
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
+from formiga_bt.lang.site import load_site_text
 from tests.golden import Wording
 
 Tasks = Callable[..., list[str]]
+ONE_DRONE = """\
+formiga_site: 1
+name: yard
+base: {lat: 60.0, lng: 25.0}
+ports: {p1: {at: {east: 0 m, north: 0 m}}}
+agents: {hwd_1: {type: hwd, home: p1}}
+"""
 
 
 def text(name: str, holds: str, wants: str) -> str:
@@ -95,3 +103,13 @@ def test_an_engine_that_starts_warns_of_it_and_serves_both(
     assert {"Patrol", "Escort"} <= set(served)
     wording(said)
     assert said.count("E035") == 1
+
+
+@pytest.mark.parametrize(("first", "codes"), [("", ["E025"]), ("  - release: mine\n", [])])
+def test_a_block_may_ask_for_the_machine_that_was_given_back(
+    first: str, codes: list[str], catalogue: Catalogue
+) -> None:
+    site, _, _ = load_site_text(ONE_DRONE, "site.yaml", catalogue)
+    written = text("Relief", "hwd", "hwd").replace("steps:\n", f"steps:\n{first}", 1).replace("${mine.id} ", "")
+    found = load_task_text(written, "relief.yaml", catalogue=catalogue, site=site).diagnostics
+    assert [d.code for d in found if d.severity == "error"] == codes
