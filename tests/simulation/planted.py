@@ -467,7 +467,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (a_restart_loses_its_request, 0, "wait"),
         (a_lost_machine_stays_with_its_task, 0, "wait"),
         (held_tasks_go_on, 4, "held_back"),
-        (a_carried_out_order_is_told_nobody, 7, "wait"),
+        (a_carried_out_order_is_told_nobody, 16, "wait"),
         (lockdown_ends_with_the_engine, 30, "wait"),
         (a_question_is_asked_twice, 0, "again"),
         (an_answer_is_not_told, 1, *WAKE),
