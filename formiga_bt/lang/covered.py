@@ -13,9 +13,9 @@ from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.heights import HeightGrid
-from formiga_bt.lang.model import AgentType, Catalogue, Expr, Site, Step, Subtree, Task
+from formiga_bt.lang.model import AgentType, Catalogue, Do, Expr, Site, Subtree, Task, WithAgents
 from formiga_bt.lang.types import Type
-from formiga_bt.lang.walk import all_roles, orders
+from formiga_bt.lang.walk import steps_once
 
 _NOT_OF_TYPE: Final = ("actions", "label", "fields", "suspect_after_us", "lost_after_us")
 """Of a type: the actions that are used are covered each by itself; the others say nothing of where a machine goes."""
@@ -42,11 +42,12 @@ def covered_by_task(task: Task, texts: Iterable[str], catalogue: Catalogue) -> s
         texts: its file and its imports, in the order of reading.
         catalogue: what it was checked against.
     """
-    granted = {name for role in all_roles(task) for name in role.types}
+    every = list(steps_once((*task.steps, *task.on_failure, *task.on_abort, *task.finally_)))
+    blocks = [step.roles for step in every if isinstance(step, WithAgents)]
+    granted = {name for roles in (task.roles, *blocks) for role in roles.values() for name in role.types}
     types = [one for one in catalogue.types.values() if one.name in granted or granted & set(one.extends)]
-    used = set(_ordered((*task.steps, *task.on_failure, *task.on_abort, *task.finally_)))
-    for kind in types:
-        used |= set(_ordered(step for way in _ways(kind) for step in way.steps))
+    every += steps_once(step for kind in types for way in _ways(kind) for step in way.steps)
+    used = {step.action for step in every if isinstance(step, Do)}
     parts: list[object] = [[hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest() for text in texts]]
     parts += [_plain(kind, but=_NOT_OF_TYPE) for kind in sorted(types, key=lambda one: one.name)]
     parts += [_plain(catalogue.actions[name]) for name in sorted(used & set(catalogue.actions))]
@@ -64,10 +65,6 @@ def covered_by_site(site: Site) -> str:
 
 def _ways(kind: AgentType) -> Iterator[Subtree]:
     yield from (way for way in (kind.recover, kind.fetch, kind.land) if way is not None)
-
-
-def _ordered(steps: Iterable[Step]) -> Iterator[str]:
-    return (order.action for step in steps for _, order in orders(step))
 
 
 def _plain(value: object, but: tuple[str, ...] = ()) -> Any:

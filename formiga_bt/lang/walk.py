@@ -4,7 +4,7 @@ Used by the checks that need the steps around a step: `checks`, `contention`, `f
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, assert_never
 
 from formiga_bt.base.diagnostics import Mark
@@ -88,6 +88,19 @@ def size(steps: tuple[Step, ...], known: dict[Mark, int]) -> int:
                 known[mark] = size(step.subtree.steps, known)
             total += known[mark]
     return total
+
+
+def steps_once(steps: Iterable[Step]) -> Iterator[Step]:
+    """Iterate over steps, what is inside them and what they call, each subtree once: calls may multiply beyond all bounds."""
+    seen: set[Mark] = set()
+    queue = list(steps)
+    while queue:
+        step = queue.pop()
+        yield step
+        queue += children(step)
+        if isinstance(step, Call) and step.subtree.mark not in seen:
+            seen.add(step.subtree.mark)
+            queue += step.subtree.steps
 
 
 def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:
