@@ -1,6 +1,7 @@
 """Standing rules over HTTP: listed, explained, started and dismissed by a word, approved, and there again after a start."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,11 +32,11 @@ def press(service: Service, event: str = "sos") -> None:
     service.post("/v1/agents/picker_1/events", {"event": event, "fields": {}})
 
 
-def rule(service: Service, name: str = "help") -> dict[str, object]:
+def rule(service: Service, name: str = "help") -> dict[str, Any]:
     return next(one for one in service.get("/v1/rules")["rules"] if one["name"] == name)
 
 
-def fired(service: Service, times: int, name: str = "help") -> dict[str, object]:
+def fired(service: Service, times: int, name: str = "help") -> dict[str, Any]:
     service.wait(lambda: rule(service, name)["fired"] == times)
     return rule(service, name)
 
@@ -43,7 +44,7 @@ def fired(service: Service, times: int, name: str = "help") -> dict[str, object]
 def test_an_event_starts_its_task_and_both_are_explained(ruled: Start) -> None:
     with ruled(desk=DESK) as service:
         press(service)
-        (task_id,) = fired(service, 1)["running"]  # type: ignore[misc]
+        (task_id,) = fired(service, 1)["running"]
         assert service.task(str(task_id))["by"] == "rule:help"
         assert "rule" in service.codes(str(task_id))
         why = service.get("/v1/rules/help/why")
@@ -57,7 +58,7 @@ def test_what_happens_in_lockdown_waits_for_a_word(ruled: Start) -> None:
         client = Client(service.host.address)
         service.post("/v1/lockdown", {"how": "return"})
         press(service)
-        (waits,) = fired(service, 1)["waits"]  # type: ignore[misc]
+        (waits,) = fired(service, 1)["waits"]
         assert (waits["agent"], waits["code"]) == ("picker_1", "lockdown")
         assert client.explanation("rule:help").status == "WAITS"
         assert service.refused("POST", "/v1/rules/help/start")["code"] == "lockdown"
@@ -80,7 +81,7 @@ def test_what_waits_is_there_after_a_start_and_can_be_dismissed(ruled: Start, tm
         assert fired(service, 1)["waits"]
         assert "dismissed" in service.post("/v1/rules/help/dismiss", {"agent": "picker_1", "by": "eve"})["text"]
         found = rule(service)
-        assert (found["waits"], found["last"][-1]["by"]) == ([], "eve")  # type: ignore[index]
+        assert (found["waits"], found["last"][-1]["by"]) == ([], "eve")
 
 
 def test_rules_are_approved_with_their_digest(ruled: Start, tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_rules_are_approved_with_their_digest(ruled: Start, tmp_path: Path) -> N
     with ruled(desk=DESK) as service:
         assert rule(service)["approved"] is False
         press(service)
-        assert fired(service, 1)["waits"][0]["code"] == "not_approved"  # type: ignore[index]
+        assert fired(service, 1)["waits"][0]["code"] == "not_approved"
         for task in ("rules", "Sos"):
             (digest,) = [one["digest"] for one in service.get("/v1/approvals")["tasks"] if one["task"] == task]
             body = {"task": task, "by": "ann", "digest": digest, "typed": digest[:8]}
