@@ -4,26 +4,24 @@ Approvals are kept in the site's runtime folder, one line each time a person giv
 outage of an engine with a journal; after a longer one (`resume_hold_after`) nobody is on duty until they say so.
 """
 
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.errors import FormigaError, TaskError
+from formiga_bt.base.errors import TaskError
 from formiga_bt.base.site_folder import APPROVALS, append_line, read_lines
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Approve, Duty, EngineStep, Input
+from formiga_bt.engine.kernel.inputs import Approve, Duty, EngineStep
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import Approval
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.safety.approval import RULES, TYPED, approval_digest, lands_away, rules_digest
-from formiga_bt.services.http.proving import Proofs
-from formiga_bt.services.order_taker import OrderTaker
+from formiga_bt.services.order_taker import OrderTaker, PersonalOrders
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
-from formiga_bt.services.words import hint_for
 from formiga_bt.show.facts import ApprovalFact, ApprovalList, DraftFact, PilotFact, PilotList, ServedFact
 
 
@@ -101,17 +99,15 @@ class Crew:
     """The orders and lists behind the API.
 
     Args:
-        driver: of the running engine.
-        view: its read-only copy.
+        orders: gives them to the running engine.
+        view: the engine's read-only copy.
         site, tasks, catalogue: what the engine was made of.
-        proofs: compares the secrets that people say something with.
     """
 
     def __init__(
-        self, driver: OrderTaker, view: EngineView, site: Site, tasks: Bundles, catalogue: Catalogue, proofs: Proofs
+        self, orders: PersonalOrders, view: EngineView, site: Site, tasks: Bundles, catalogue: Catalogue
     ) -> None:
-        self._proofs = proofs
-        self._driver = driver
+        self._orders = orders
         self._view = view
         self._site = site
         self._tasks = tasks
@@ -155,7 +151,7 @@ class Crew:
             Refused: not by an approver, or without their secret (`Proofs.check`); unknown task, a digest that is not the one
                 served, or not typed.
         """
-        self._prove(by, secret, self._site.people.get(APPROVERS, ()))
+        self._orders.prove(by, secret, self._site.people.get(APPROVERS, ()))
         if task == RULES and self._site.rules:
             return self._approve_rules(digest, typed, by, revoke=revoke)
         model = self._tasks.get(task)
@@ -163,7 +159,7 @@ class Crew:
         served = approval_digest(model, self._site) if model is not None else ""
         served = digest if digest in digests else served  # an older version is approved as well, if it is meant
         if revoke:
-            self._ask(Approve(digest or served, task, by, revoke=True))
+            self._orders.give(Approve(digest or served, task, by, revoke=True))
             return f"the approval of {task} ({(digest or served)[:TYPED]}) is taken back"
         if model is None:
             raise Refused(
@@ -181,14 +177,14 @@ class Crew:
                 "no program approves: `typed` must be the first 8 characters of the digest, as a person typed them",
                 f"formiga approve {task} --by {by or 'NAME'} shows what there is to read, and asks",
             )
-        self._ask(Approve(served, task, by))
+        self._orders.give(Approve(served, task, by))
         return f"{task} ({served[:TYPED]}) is approved by {by}"
 
     def _approve_rules(self, digest: str, typed: str, by: str, *, revoke: bool) -> str:
         """Approve the standing rules of the site, or take that back (`approve`)."""
         served = rules_digest(self._site)
         if revoke:
-            self._ask(Approve(digest or served, RULES, by, revoke=True))
+            self._orders.give(Approve(digest or served, RULES, by, revoke=True))
             return f"the approval of the rules ({(digest or served)[:TYPED]}) is taken back"
         if digest != served:
             raise Refused(
@@ -202,7 +198,7 @@ class Crew:
                 "no program approves: `typed` must be the first 8 characters of the digest, as a person typed them",
                 f"formiga approve {RULES} --by {by or 'NAME'} shows what there is to read, and asks",
             )
-        self._ask(Approve(served, RULES, by))
+        self._orders.give(Approve(served, RULES, by))
         return f"the rules ({served[:TYPED]}) are approved by {by}"
 
     def duties(self) -> PilotList:
@@ -222,26 +218,11 @@ class Crew:
         Raises:
             Refused: no pilot of this site, or without their secret (`Proofs.check`).
         """
-        self._prove(pilot, secret, self._site.pilots)
-        self._ask(Duty(pilot, on, pilot if self._proofs.needed else by))
-        self._view.catch_up()
+        self._orders.prove(pilot, secret, self._site.pilots)
+        self._orders.give(Duty(pilot, on, pilot if self._orders.needs_proof else by))
         still = next((one.machines for one in self.duties().pilots if one.pilot == pilot), ())
         left = f"; still under that name: {', '.join(still)}" if still and not on else ""
         return f"{pilot} is {'on' if on else 'off'} duty{left}"
-
-    def _prove(self, person: str, secret: str, known: Container[str]) -> None:
-        """Compare the secret of a person, of whom the engine would take the word; that of others it refuses."""
-        if person in known:
-            self._proofs.check(person, secret)
-
-    def _ask(self, given: Input) -> None:
-        try:
-            self._driver.ask(given)
-        except TaskError as error:
-            raise Refused(error.code, error.text, hint_for(error.code)) from error
-        except FormigaError as error:
-            raise Refused("stopped", error.text, "formiga up starts it again") from error
-        self._view.catch_up()
 
 
 def _approval(digest: str, given: Approval) -> ApprovalFact:

@@ -7,18 +7,15 @@ start reads it before it reads any task.
 from pathlib import Path
 from typing import Any
 
-from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.base.site_folder import DISCOVERED, read_lines
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import EngineStep, Learn
 from formiga_bt.lang.growing import grow, read_announced
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
-from formiga_bt.services.http.proving import Proofs
-from formiga_bt.services.order_taker import OrderTaker
-from formiga_bt.services.refused import Refused
+from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.view import EngineView
-from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.services.words import with_keeping
 from formiga_bt.show.facts import CatalogueFact, DiscoveredFact, TypeFact
 
 
@@ -47,18 +44,16 @@ class CatalogueOrders:
     """What the API says of the catalogue of a running engine, and takes.
 
     Args:
-        driver: of the running engine.
-        view: its read-only copy.
+        orders: gives them to the running engine.
+        view: the engine's read-only copy.
         site, catalogue: of the engine; the catalogue grows.
-        proofs: compares the secrets that people say something with.
     """
 
-    def __init__(self, driver: OrderTaker, view: EngineView, site: Site, catalogue: Catalogue, proofs: Proofs) -> None:
-        self._driver = driver
+    def __init__(self, orders: PersonalOrders, view: EngineView, site: Site, catalogue: Catalogue) -> None:
+        self._orders = orders
         self._view = view
         self._site = site
         self._catalogue = catalogue
-        self._proofs = proofs
 
     def catalogue(self) -> CatalogueFact:
         """Return the types with their actions, and what agents announced besides."""
@@ -83,15 +78,8 @@ class CatalogueOrders:
         Raises:
             Refused: nobody announced it, it cannot be used, or by nobody who may, or without their secret.
         """
-        if by in self._site.people.get(APPROVERS, ()):
-            self._proofs.check(by, secret)
-        try:
-            reply = self._driver.ask(Learn(action, by))
-        except TaskError as error:
-            raise Refused(error.code, error.text, hint_for(error.code, action)) from error
-        except FormigaError as error:
-            raise Refused("stopped", error.text, "formiga up starts it again") from error
-        self._view.catch_up()
+        self._orders.prove(by, secret, self._site.people.get(APPROVERS, ()))
+        reply = self._orders.give(Learn(action, by), action)
         with self._view.reading() as state:
             types = ", ".join(state.discovered[action].types)
         return with_keeping(f"tasks may use {action}, of {types}", reply)

@@ -53,6 +53,7 @@ from formiga_bt.services.kept.resuming import Comeback, Pulse
 from formiga_bt.services.listening import make_wires
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
+from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
 from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
@@ -243,9 +244,10 @@ class EngineHost:
         )  # fmt: skip
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)
-        self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue, self.proofs)
-        self.members = members.Members(self._folder.path, self.driver, self.view, self.site, self.proofs)
-        self.catalogue = discovered.CatalogueOrders(self.driver, self.view, self.site, self._catalogue, self.proofs)
+        orders = PersonalOrders(self.driver, self.view, self.proofs)
+        self.crew = crew.Crew(orders, self.view, self.site, self._tasks, self._catalogue)
+        self.members = members.Members(self._folder.path, orders, self.view, self.site)
+        self.catalogue = discovered.CatalogueOrders(orders, self.view, self.site, self._catalogue)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)

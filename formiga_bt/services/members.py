@@ -10,19 +10,17 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.base.errors import FormigaError, TaskError
+from formiga_bt.base.errors import TaskError
 from formiga_bt.base.site_folder import FLEET, FLEETS, append_line, read_lines
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import AddAgent, EngineStep, RemoveAgent
 from formiga_bt.engine.kernel.records import Member
-from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.lang.site.keys import APPROVERS
-from formiga_bt.services.http.proving import Proofs
-from formiga_bt.services.order_taker import OrderTaker
+from formiga_bt.services.order_taker import OrderTaker, PersonalOrders
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
-from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.services.words import with_keeping
 from formiga_bt.show.facts import FleetFact, FleetList, FleetLoaded, MemberFact, SkippedFact
 
 MOST_IN_FLEET = 10_000
@@ -90,18 +88,16 @@ class Members:
 
     Args:
         folder: the site's runtime folder.
-        driver: of the running engine.
-        view: its read-only copy.
+        orders: gives them to the running engine.
+        view: the engine's read-only copy.
         site: what the engine was made of.
-        proofs: compares the secrets that people say something with.
     """
 
-    def __init__(self, folder: Path, driver: OrderTaker, view: EngineView, site: Site, proofs: Proofs) -> None:
+    def __init__(self, folder: Path, orders: PersonalOrders, view: EngineView, site: Site) -> None:
         self._folder = folder
-        self._driver = driver
+        self._orders = orders
         self._view = view
         self._site = site
-        self._proofs = proofs
 
     def add(self, agent: str, *, kind: str = "", home: str = "", by: str = "", secret: str = "") -> str:
         """Add an agent to the fleet; return what happened.
@@ -109,7 +105,8 @@ class Members:
         Raises:
             Refused: as the engine says (`engine.agents.membership`); by nobody who may, or without their secret.
         """
-        reply = self._ask(AddAgent(agent, kind, home, by), secret)
+        self._prove(by, secret)
+        reply = self._orders.give(AddAgent(agent, kind, home, by), agent)
         with self._view.reading() as state:
             member, record = state.members[agent], state.agents.get(agent)
         where = f", its home is {member.home}" if member.home else ""
@@ -124,7 +121,8 @@ class Members:
         Raises:
             Refused: nobody added it; by nobody who may, or without their secret.
         """
-        reply = self._ask(RemoveAgent(agent, by), secret)
+        self._prove(by, secret)
+        reply = self._orders.give(RemoveAgent(agent, by), agent)
         with self._view.reading() as state:
             record = state.agents.get(agent)
         waits = record is not None and record.refused_at_rest
@@ -174,34 +172,20 @@ class Members:
         added, skipped = [], []
         for agent, one in saved[name].items():
             try:
-                self._driver.ask(AddAgent(agent, one.get("type", ""), one.get("home", ""), by))
+                self._orders.give(AddAgent(agent, one.get("type", ""), one.get("home", ""), by), agent)
                 added.append(agent)
-            except TaskError as error:
-                if error.code == "not_approver":
-                    raise Refused(error.code, error.text, hint_for(error.code)) from error
+            except Refused as error:
+                if error.code in {"not_approver", "stopped"}:
+                    raise
                 skipped.append(SkippedFact(who=agent, code=error.code, text=error.text))
-        self._view.catch_up()
         return FleetLoaded(fleet=name, added=tuple(added), skipped=tuple(skipped))
 
     def _saved(self) -> dict[str, dict[str, dict[str, str]]]:
         lines = read_lines(self._folder / FLEETS)
         return {str(line["fleet"]): line["agents"] for line in lines if line.get("fleet") and line.get("agents")}
 
-    def _prove(self, person: str, secret: str) -> None:
-        """Compare the secret of a person whose word the engine would take; that of others it refuses."""
-        if person in self._site.people.get(APPROVERS, ()):
-            self._proofs.check(person, secret)
-
-    def _ask(self, given: AddAgent | RemoveAgent, secret: str) -> Accepted | Done:
-        self._prove(given.by, secret)
-        try:
-            reply = self._driver.ask(given)
-        except TaskError as error:
-            raise Refused(error.code, error.text, hint_for(error.code, given.agent)) from error
-        except FormigaError as error:
-            raise Refused("stopped", error.text, "formiga up starts it again") from error
-        self._view.catch_up()
-        return reply
+    def _prove(self, by: str, secret: str) -> None:
+        self._orders.prove(by, secret, self._site.people.get(APPROVERS, ()))
 
 
 def _fact(name: str, agents: dict[str, dict[str, str]]) -> FleetFact:

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import render
-from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.base.geo import Frame
 from formiga_bt.engine.kernel.inputs import Abort, Input, Operator, Submit
 from formiga_bt.engine.kernel.library import Bundles
@@ -31,6 +30,7 @@ from formiga_bt.lang.request.aliases import find_task
 from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
+from formiga_bt.services.order_taker import OrderTaker, ask
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import shown
 from formiga_bt.services.rules import RuleDesk
@@ -66,12 +66,8 @@ UNDER_WAY: Final = frozenset({"ASSIGNED", "ACTIVE", "ENDING"})
 UNSAID: Final = Waits()
 
 
-class Driver(Protocol):
+class Driver(OrderTaker, Protocol):
     """What is needed of the realtime driver."""
-
-    def ask(self, given: Input, timeout_s: float = 10.0) -> Accepted | Done:
-        """Hand in an order and wait for the reply."""
-        ...
 
     def now(self) -> Micros:
         """Return the engine time."""
@@ -227,13 +223,7 @@ class ServiceOrders:
         Raises:
             Refused: the engine refuses it, or does not run.
         """
-        try:
-            return self._driver.ask(given)
-        except TaskError as error:
-            target = str(getattr(given, "target", "") or getattr(given, "task", ""))
-            raise Refused(error.code, error.text, hint_for(error.code, target), near=error.near) from error
-        except FormigaError as error:
-            raise Refused("stopped", error.text, "formiga up starts it again") from error
+        return ask(self._driver, given, str(getattr(given, "target", "") or getattr(given, "task", "")))
 
     def abort(self, task_id: str, how: str = "", by: str = "", *, confirmed: bool = False) -> str:
         """End a task; return what happens now.
