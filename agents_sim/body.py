@@ -112,10 +112,10 @@ class Body:
             self.set_status()
             self.side.publish_status()
 
-    def tell(self, event: str) -> None:
-        """Report an event of its own, without fields."""
+    def tell(self, event: str, fields: Mapping[str, Any]) -> None:
+        """Report an event of its own; `fields` as wire values."""
         if self.side is not None:
-            self.side.report_event(event)
+            self.side.report_event(event, **fields)
 
     @property
     def is_airborne(self) -> bool:

@@ -47,7 +47,9 @@ class Order(Struct, frozen=True, kw_only=True):
     check: str = ""
     """Which check fails (preflight)."""
     event: str = ""
-    """What the agent tells of itself, without fields (event)."""
+    """What the agent reports of itself (event)."""
+    fields: Mapping[str, Any] = {}
+    """The fields of the event, as wire values."""
     text: str = "broken"
     """What the drone says of it (preflight)."""
 
@@ -175,7 +177,7 @@ def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
         case "never_confirm":
             body.confirms_cancel = not order.on
         case "event":
-            body.tell(order.event)
+            body.tell(order.event, order.fields)
         case "take_over":
             body.take_over()
         case "hand_back":

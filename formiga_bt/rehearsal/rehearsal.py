@@ -20,12 +20,10 @@ from formiga_bt.engine.kernel.replies import Accepted, Done, granted
 from formiga_bt.engine.tasks.requests import WAIT_US
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.scenario.entries import START
 from formiga_bt.lang.site.standing import beginnings, chargers
 from formiga_bt.rehearsal.bodies import kind_of
 from formiga_bt.transport.memory import MemoryHub
-
-START: Micros = 1_000_000 * SECOND
-"""Engine time at the start: far from zero, so that a clock read by mistake is found out."""
 
 
 def patience(task: Task) -> Micros | None:

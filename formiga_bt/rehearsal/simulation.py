@@ -15,7 +15,7 @@ from agents_sim.person import MINI_FINDER
 from agents_sim.referee import Verdict
 from agents_sim.spec import kind_of as kind_of_spec
 from agents_sim.world import AgentSpec, is_person
-from formiga_bt.base.clock import Micros
+from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.core import clock_stands
@@ -25,8 +25,9 @@ from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
+from formiga_bt.lang.scenario.entries import START
 from formiga_bt.lang.site.standing import chargers
-from formiga_bt.rehearsal.bodies import kind_of, outcome_of
+from formiga_bt.rehearsal.bodies import kind_of, on_wire, outcome_of
 from formiga_bt.rehearsal.rehearsal import Rehearsal, simulated
 from formiga_bt.rehearsal.spending import RunSpending
 
@@ -167,6 +168,7 @@ def play(fault: ScenarioFault, fleet: FaultTarget) -> None:
                 north=fault.north,
                 check=fault.check,
                 event=fault.event,
+                fields={name: on_wire(value) for name, value in fault.fields.items()},
                 text=fault.text,
             )
             fleet.order(fault.agent, order)
@@ -322,6 +324,7 @@ class VirtualRun:
             scenario.tasks.values(),
             specs_of(scenario),
             seed=scenario.seed if seed is None else seed,
+            start=START if scenario.now is None else scenario.now - micros(SETTLE_S),
         )
         self._spending = spending
         if spending is not None:

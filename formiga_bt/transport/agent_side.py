@@ -408,7 +408,7 @@ class AgentSide:
             self.set_status(**fields)
         self._link.publish_status(self._make_status())
 
-    def report_event(self, event: str, attachments: Sequence[Attachment] = (), **fields: Any) -> None:
+    def report_event(self, event: str, /, attachments: Sequence[Attachment] = (), **fields: Any) -> None:
         """Publish an event of the agent's own, with its fields as wire values.
 
         What was told while no engine was heard, or just before, is told again to the next one that is.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import FormigaError, TreeError
 from formiga_bt.base.packaged import folder
 from formiga_bt.cli.actions_option import ActionsOption
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from agents_sim.referee import Verdict as Findings
+    from formiga_bt.base.clock import Micros
     from formiga_bt.engine.kernel.records import Verdict
     from formiga_bt.lang.model import Catalogue, Site, Task
     from formiga_bt.rehearsal.rehearsal import Rehearsal
@@ -74,6 +76,14 @@ def command(
     map_: Annotated[
         Path | None, typer.Option("--map", help="Draw where its agents went, likewise.", metavar="OUT", allow_dash=True)
     ] = None,
+    at: Annotated[
+        str,
+        typer.Option(
+            help="When it is requested, in the site's time zone: 14:00, or 2026-06-21T14:00.",
+            metavar="TIME",
+            show_default=False,
+        ),
+    ] = "",
     why: Annotated[
         bool, typer.Option("--why", help="Explain its end: why these agents, what failed first, what was tried.")
     ] = False,
@@ -89,8 +99,10 @@ def command(
     task, the_site = _checked(shipped_task(file), world)
     given = read_params(param or [])
     filled = of_profile(profile, task, given)
-    values = _bound(task, given | filled, the_site, f"; {profile} said {', '.join(filled)}" if filled else "")
+    now = _instant(at, the_site)
+    values = _bound(task, given | filled, the_site, now, f"; {profile} said {', '.join(filled)}" if filled else "")
     from formiga_bt.lang.request.requested import with_requested
+    from formiga_bt.lang.scenario.entries import START
     from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, patience, simulated
     from formiga_bt.show.history.runlog import RunLog
 
@@ -98,7 +110,7 @@ def command(
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
     tasks = with_requested(task, lambda path: _checked(path, world)[0], the_site)
-    rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
+    rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs, start=now - SECOND if at else START)
     spending = RunSpending(most_steps, most_seconds)
     rehearsal.driver.listeners.append(spending.feed)
     rehearsal.run_for(1.0)
@@ -205,12 +217,30 @@ def _checked(file: Path, world: CheckWorld) -> "tuple[Task, Site]":
     return read.task, world.site
 
 
-def _bound(task: "Task", raw: dict[str, str], site: "Site", note: str = "") -> dict[str, Any]:
+def _instant(text: str, site: "Site") -> "Micros":
+    """Return the engine time that `--at` names; without it, that at which every rehearsal begins.
+
+    Raises:
+        UnusableFile: it is no time.
+    """
+    from formiga_bt.lang.request.binding import bind_fields
+    from formiga_bt.lang.scenario.entries import START
+    from formiga_bt.lang.types import TIME
+
+    if not text:
+        return START
+    values, problems, _ = bind_fields("--at", {"at": TIME}, {"at": text}, site, START)
+    if problems:
+        raise UnusableFile(f"--at: {problems[0].message}", help="such as: --at 14:00, or --at 2026-06-21T14:00")
+    at: Micros = values["at"]
+    return at
+
+
+def _bound(task: "Task", raw: dict[str, str], site: "Site", now: "Micros", note: str = "") -> dict[str, Any]:
     from formiga_bt.base.diagnostics import render
     from formiga_bt.lang.request.binding import bind_params
-    from formiga_bt.rehearsal.rehearsal import START
 
-    values, problems, sources = bind_params(task, raw, site, START)
+    values, problems, sources = bind_params(task, raw, site, now)
     if problems:
         texts = [render(problem, sources) for problem in problems]
         raise FormigaError("\n\n".join([*texts, f"{task.name} was not started{note}"]))

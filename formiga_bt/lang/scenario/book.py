@@ -1,10 +1,11 @@
 """What all readers of a scenario share: the problems found, the site, who is there, and the small values of an entry."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.scope import OUTSIDE
@@ -12,18 +13,19 @@ from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.request.binding import SiteEnv, impossible, outside, run_outside
-from formiga_bt.lang.text.document import Mapping_, Node, Scalar
+from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
     quoted_list,
+    read_mapping,
     read_quantity,
     read_text,
     shorten,
 )
 from formiga_bt.lang.text.synonyms import surely
-from formiga_bt.lang.types import PLACE, AgentRef
+from formiga_bt.lang.types import PLACE, AgentRef, Type
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
@@ -38,6 +40,7 @@ class Book:
         catalogue: agent types and actions.
         site: where it plays.
         folders: where tasks are looked up.
+        now: engine time of the request, for times of today; without it a time needs its date.
     """
 
     def __init__(
@@ -48,7 +51,9 @@ class Book:
         catalogue: Catalogue,
         site: Site,
         folders: Sequence[Path],
+        now: Micros | None = None,
     ) -> None:
+        self.now = now
         self.problems = problems
         self.sources = sources
         self.keys = keys
@@ -108,13 +113,33 @@ class Book:
             return place
         expr, found = compile_value(node, Scope({}, site=self.site, built_ins=OUTSIDE), param.type)
         if not found:
-            value, found = run_outside(expr, self.site, node.mark, param.name)
+            value, found = run_outside(expr, self.site, node.mark, param.name, self.now)
             found = found or outside(param, value, self.site, node.mark)
         self.problems.extend(found)
         if any(problem.severity == "error" for problem in found):
             return None
         self._check_bounds(param, value, node.mark)
         return value
+
+    def fields(self, entry: Entry, types: Mapping[str, Type], who: str, does: str) -> dict[str, Any]:
+        """Return a mapping of fields as runtime values; what no field fits is reported (E022).
+
+        Args:
+            entry: the key with the mapping.
+            types: of the fields, by name.
+            who: whose they are, at the begin of a message: `Inspect`.
+            does: the verb after it: `returns`.
+        """
+        mapping = read_mapping(entry.value, self.problems, entry.key.text)
+        found: dict[str, Any] = {}
+        for one in mapping.entries if mapping is not None else ():
+            name = one.key.text
+            if name not in types:
+                text = f"{who} {does} no '{shorten(name)}'{did_you_mean(name, types)}"
+                self.problems.add("E022", one.key.mark, text, f"it {does}: {quoted_list(types) or 'nothing'}")
+                continue
+            found[name] = self.value(one.value, Param(name, types[name], one.value.mark))
+        return found
 
     def _check_bounds(self, param: Param, value: Any, mark: Mark) -> None:
         wrong = impossible(param, value)
@@ -123,7 +148,7 @@ class Book:
         for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
             if bound is None or not isinstance(value, int | float):
                 continue
-            limit, found = run_outside(bound, self.site, bound.mark, f"the limit of {param.name}")
+            limit, found = run_outside(bound, self.site, bound.mark, f"the limit of {param.name}", self.now)
             self.problems.extend(found)
             if not found and (value - limit) * beyond > 0:
                 self.problems.add("E062", mark, f"'{param.name}' must be at {word} {bound.source}")

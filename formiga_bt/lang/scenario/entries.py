@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
-from formiga_bt.base.clock import Micros
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.model import Catalogue, Site, Task
+
+START: Final[Micros] = 1_000_000 * SECOND
+"""Engine time at which a virtual clock begins if nothing else is said: far from zero, which shows a clock read by mistake."""
 
 FaultKind = Literal[
     "kill", "restart", "freeze", "thaw", "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result",
@@ -92,7 +95,9 @@ class ScenarioFault:
     north: float = 0.0
     """Where the wind blows to, m/s (wind); how far the fix is off, metres (drift)."""
     event: str = ""
-    """What the agent tells of itself (event)."""
+    """What the agent reports of itself (event)."""
+    fields: Mapping[str, Any] = field(default_factory=dict)
+    """The fields of the event, as runtime values."""
     check: str = ""
     text: str = "broken"
     """Which check fails, and what the drone says of it (preflight)."""
@@ -131,3 +136,5 @@ class Scenario:
     speed: float = 1.0
     seed: int = 0
     file: str = ""
+    now: Micros | None = None
+    """Engine time at which its clock begins, on the virtual clock; None: as every rehearsal begins."""

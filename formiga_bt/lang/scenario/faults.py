@@ -11,7 +11,7 @@ from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import FaultKind, ScenarioFault
 from formiga_bt.lang.scenario.options import ENDS, FAULT, FAULTS, FOR_DRONES
-from formiga_bt.lang.text.document import Mapping_, Node
+from formiga_bt.lang.text.document import Mapping_
 from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_word
 
 _KINDS: Mapping[str, FaultKind] = {one: one for one in FAULTS}  # type: ignore[misc]  # its keys are the kinds
@@ -49,21 +49,28 @@ def _fault(book: Book, mapping: Mapping_) -> list[ScenarioFault]:
         given["vanishes"] = given["vanishes"] == "gone"
     begin = ScenarioFault(at, "", _KINDS[kind], **given)
     if begin.event:
-        _check_event(book, keys["event"].value, begin.event, agents)
+        begin = replace(begin, fields=_event_fields(book, keys, begin.event, agents))
     ends = [replace(begin, at=begin.at + micros(lasts), kind=ENDS[kind], on=False, delay_s=0.0)] if lasts > 0.0 else []
     return [replace(one, agent=agent) for agent in agents for one in (begin, *ends)]
 
 
-def _check_event(book: Book, node: Node, event: str, agents: list[str]) -> None:
-    """Report E021 for an event that an agent of its type never tells, or that has fields: simulated agents give none."""
+def _event_fields(book: Book, keys: Keys, event: str, agents: list[str]) -> dict[str, Any]:
+    """Return the fields of an event; E021: an agent of its type never reports it, E022: the fields are not its own."""
+    node, found = keys["event"].value, dict[str, Any]()
     for agent in agents:
         known = book.catalogue.types[book.types[agent]].events
         if event not in known:
             what = f"{book.types[agent]} has no event '{event}'{did_you_mean(event, known)}"
             told = f"events: {quoted_list(known)}" if known else "it reports no events"
             book.problems.add("E021", node.mark, what, told)
-        elif known[event]:
-            book.problems.add("E021", node.mark, f"event '{event}' has fields, simulated agents report none")
+            continue
+        before = len(book.problems.found)
+        found = book.fields(keys["fields"], known[event], event, "reports") if "fields" in keys else {}
+        missing = [name for name in known[event] if name not in found]
+        if missing and not book.problems.has_errors(before):
+            mark = keys["fields"].value.mark if "fields" in keys else node.mark
+            book.problems.add("E022", mark, f"event '{event}' lacks {quoted_list(missing)}", "add fields:")
+    return found
 
 
 def _agents(book: Book, keys: Keys, kind: str) -> list[str]:

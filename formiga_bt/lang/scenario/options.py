@@ -102,7 +102,10 @@ FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
             Option("check", "word", "Which check fails.", values=CHECKS, required=True),
             Option("text", "text", "What the drone says of it (broken)."),
         ),
-        "event": (Option("event", "name", "What it reports of itself: an event of its type.", required=True),),
+        "event": (
+            Option("event", "name", "What it reports of itself: an event of its type.", required=True),
+            Option("fields", "map", "The fields of the event."),
+        ),
         "drift": (
             _FOR,
             Option("east", "value", "How far its fix is off (0 m).", type="distance", least=-20.0, most=20.0),

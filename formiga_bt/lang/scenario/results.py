@@ -3,16 +3,15 @@
 results: [{do: Inspect, nth: 2, give: {cracks: 3}}, {do: crane_1.Winch, fail: jammed}, {do: Winch, delay: 5 s}]
 """
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
-from formiga_bt.lang.keyed import Keys, read_keys
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.model import ActionSpec, Param
+from formiga_bt.lang.model import ActionSpec
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioResult
 from formiga_bt.lang.text.document import Mapping_, Scalar
-from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, read_mapping, shorten
+from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import surely
 
 RESULT: Final = (
@@ -46,7 +45,7 @@ def _result(book: Book, mapping: Mapping_) -> ScenarioResult | None:
     spec = _action(book, at, agent, action)
     if spec is None:
         return None
-    give = _given(book, keys, spec) if "give" in keys else {}
+    give = book.fields(keys["give"], spec.result, spec.name, "returns") if "give" in keys else {}
     nth = keys.whole("nth") if "nth" in keys else 0
     return ScenarioResult(agent, action, nth, give, keys.word("fail"), keys.number("delay"))
 
@@ -61,16 +60,3 @@ def _action(book: Book, at: Scalar, agent: str, action: str) -> ActionSpec | Non
     fix = fix_word(at, surely(action, known)) if not agent else None
     book.problems.add("E021", at.mark, text + did_you_mean(action, known), f"actions: {quoted_list(known)}", fix)
     return None
-
-
-def _given(book: Book, keys: Keys, spec: ActionSpec) -> Mapping[str, Any]:
-    mapping = read_mapping(keys["give"].value, book.problems, "give")
-    found: dict[str, Any] = {}
-    for one in mapping.entries if mapping is not None else ():
-        name = one.key.text
-        if name not in spec.result:
-            text = f"{spec.name} returns no '{shorten(name)}'{did_you_mean(name, spec.result)}"
-            book.problems.add("E022", one.key.mark, text, f"it returns: {quoted_list(spec.result) or 'nothing'}")
-            continue
-        found[name] = book.value(one.value, Param(name, spec.result[name], one.value.mark))
-    return found

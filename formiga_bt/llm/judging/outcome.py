@@ -53,7 +53,8 @@ def fly(
         says: what people answer instead, where it is an option.
     """
     from formiga_bt.lang.request.binding import bind_params
-    from formiga_bt.rehearsal.rehearsal import START, Rehearsal, fleet_of, patience, simulated
+    from formiga_bt.lang.scenario.entries import START
+    from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, patience, simulated
 
     values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
     if problems:

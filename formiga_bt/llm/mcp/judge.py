@@ -158,7 +158,8 @@ def flown(task: "Task", loaded: Loaded, ground: ServedSite, job: JudgeJob, progr
     """
     from formiga_bt.lang.request.binding import bind_params
     from formiga_bt.lang.request.requested import with_requested
-    from formiga_bt.rehearsal.rehearsal import START, Rehearsal, fleet_of, patience, simulated
+    from formiga_bt.lang.scenario.entries import START
+    from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, patience, simulated
 
     values, problems, sources = bind_params(task, texts_of(job.params), ground.site, START)
     if problems:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
+from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import ScenarioAgent, ScenarioFault, ScenarioOrder, ScenarioResult
@@ -27,6 +28,8 @@ class AnswerRule:
     answer: str
     """Empty: such a question is never answered."""
     after_s: float = 3.0
+    by: str = ""
+    """Who says it; the others that are asked say nothing. Empty: whoever is asked."""
 
     @property
     def told(self) -> str:
@@ -93,6 +96,10 @@ class Case:
     orders: tuple[ScenarioOrder, ...] = ()
     """With `abort_at` as an order among them."""
     results: tuple[ScenarioResult, ...] = ()
+    now: Micros | None = None
+    """Engine time of the request; None: as every rehearsal begins."""
+    limit_s: float = 12 * 3600.0
+    """In virtual time; a case that takes longer is given up."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,8 @@ class Mocks:
         return self._use(same[min(turn, len(same)) - 1])
 
     def _use(self, rule: AnswerRule) -> AnswerRule:
-        self.used.rules.add(rule.mark)
+        if not rule.by:  # one with `by` counts when that person is asked
+            self.used.rules.add(rule.mark)
         return rule
 
     def goal(self, agent: str, action: str) -> GoalRule | None:
@@ -158,7 +159,10 @@ class _StandIn:
         rule = self._mocks.answer(request)
         if rule is None:
             return None
-        if not rule.answer:
+        mine = rule.by in ("", self._agent.spec.id)
+        if mine:
+            self._mocks.used.rules.add(rule.mark)
+        if not rule.answer or not mine:
             self._held[request.goal_id] = None
             return ""
 

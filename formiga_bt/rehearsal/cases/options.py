@@ -20,6 +20,15 @@ CASE: Final = (
     Option("results", "value", "What simulated agents give, in which goals they fail or begin late; as in a scenario."),
     Option("faults", "value", "What goes wrong, and when; as in a scenario."),
     Option("orders", "value", "What people order, and when; as in a scenario."),
+    Option("now", "value", "The instant of the request, in the site's time zone: 14:00, or 2026-06-21T14:00."),
+    Option(
+        "limit",
+        "value",
+        "The longest it may go on, in virtual time (12 h).",
+        type="duration",
+        least=1.0,
+        default=12 * 3600.0,
+    ),
     Option("abort_at", "value", "When the task is aborted.", type="duration", least=0.0),
     Option("expect", "options", "What must have come.", required=True),
 )
@@ -35,6 +44,7 @@ AGENT: Final = (
 ANSWER: Final = (
     Option("ask", "text", "Which question: its number, or a part of its text.", required=True),
     Option("answer", "text", "What is answered."),
+    Option("by", "name", "Who answers, of those who are asked; the others say nothing. Without it: the first of them."),
     Option("never", "flag", "It is never answered (false)."),
     Option("after", "value", "How long it takes (3 s).", type="duration", least=0.0, default=3.0),
 )

@@ -19,18 +19,19 @@ from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.keyed import Keys, check_version, read_keys, read_root, text_of
 from formiga_bt.lang.loader import load_task
-from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.model import Catalogue, Param, Site, Task
 from formiga_bt.lang.request.profiles import load_profile, profile_file, unknown_profile
 from formiga_bt.lang.request.requested import with_requested
 from formiga_bt.lang.scenario import own_tasks, site_at
 from formiga_bt.lang.scenario.book import Book
-from formiga_bt.lang.scenario.entries import ScenarioOrder
+from formiga_bt.lang.scenario.entries import START, ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import read_params
 from formiga_bt.lang.scenario.results import read_results
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, shorten
+from formiga_bt.lang.types import TIME
 from formiga_bt.rehearsal.cases.agents import CaseAgents
 from formiga_bt.rehearsal.cases.cases import Case, CaseFile
 from formiga_bt.rehearsal.cases.expecting import read_expect
@@ -168,7 +169,9 @@ class _Reader:
         keys = read_keys(mapping, CASE, self.problems, "a case")
         name = keys.text("name")
         with self.problems.within(shorten(name.text) if name is not None else "case"):
-            book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders)
+            book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders, START)
+            now = book.value(keys["now"].value, Param("now", TIME, keys.mark("now"))) if "now" in keys else None
+            book.now = START if now is None else now
             agents = CaseAgents(book, task).read()
             params = self._params(book, task, keys, mapping.mark)
             answers, goals = read_rules(book, task)
@@ -179,8 +182,9 @@ class _Reader:
         if name is None or expect is None:
             return None
         return Case(
-            name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders), results
-        )
+            name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders), results,
+            now, keys.number("limit"),
+        )  # fmt: skip
 
     def _params(self, book: Book, task: Task, keys: Keys, mark: Mark) -> dict[str, Any]:
         entry = keys.get("params")

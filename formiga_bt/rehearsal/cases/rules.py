@@ -6,10 +6,10 @@ from typing import Any
 from msgspec.structs import replace
 
 from formiga_bt.lang.keyed import read_keys
-from formiga_bt.lang.model import Ask, Call, Param, Role, Step, Task, WithAgents
+from formiga_bt.lang.model import Ask, Call, Role, Step, Task, WithAgents
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
-from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, read_mapping, shorten
+from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.walk import children
 from formiga_bt.rehearsal.bodies import on_wire
@@ -81,7 +81,13 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
         text = f"'{shorten(said.text)}' is never an answer here{did_you_mean(said.text, options)}"
         meant = nearest(said.text, options)
         book.problems.add("E014", said.mark, text, f"answers: {quoted_list(options) or 'none'}", fix_word(said, meant))
-    return AnswerRule(mapping.mark, number, which.text, said.text if said is not None else "", after_s)
+    by = keys.name("by")
+    people = [agent for agent in book.types if book.is_human(agent)]
+    if by is not None and by.text not in people:
+        book.nobody(by, people, "person")
+        by = None
+    said_by = by.text if by is not None else ""
+    return AnswerRule(mapping.mark, number, which.text, said.text if said is not None else "", after_s, said_by)
 
 
 def read_order(book: Book, task: Task, at: Scalar, what: str) -> tuple[str, str] | None:
@@ -131,17 +137,9 @@ def _goal(book: Book, task: Task, mapping: Mapping_) -> GoalRule | None:
 
 def _result(book: Book, action: str, entry: Entry) -> Mapping[str, Any]:
     """Return a result as wire values."""
-    mapping, before = read_mapping(entry.value, book.problems, "result"), len(book.problems.found)
-    spec = book.catalogue.actions[action]
-    found: dict[str, Any] = {}
-    for one in mapping.entries if mapping is not None else ():
-        name = one.key.text
-        if name not in spec.result:
-            text = f"{action} returns no '{shorten(name)}'{did_you_mean(name, spec.result)}"
-            book.problems.add("E022", one.key.mark, text, f"it returns: {quoted_list(spec.result) or 'nothing'}")
-            continue
-        found[name] = on_wire(book.value(one.value, Param(name, spec.result[name], one.value.mark)))
+    spec, before = book.catalogue.actions[action], len(book.problems.found)
+    found = book.fields(entry, spec.result, action, "returns")
     missing = [name for name in spec.result if name not in found]
-    if mapping is not None and missing and not book.problems.has_errors(before):
+    if missing and not book.problems.has_errors(before):
         book.problems.add("E022", entry.value.mark, f"the result lacks {quoted_list(missing)}")
-    return found
+    return {name: on_wire(value) for name, value in found.items()}

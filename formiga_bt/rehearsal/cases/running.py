@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 from agents_sim.referee import Verdict
 from formiga_bt.base.diagnostics import Mark
@@ -20,9 +19,6 @@ from formiga_bt.rehearsal.rehearsal import patience
 from formiga_bt.rehearsal.simulation import VirtualRun
 from formiga_bt.rehearsal.spending import RunSpending
 from formiga_bt.transport.agent_side import CONFIRM
-
-LIMIT_S: Final = 12 * 3600.0
-"""A case that takes longer in virtual time is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +79,7 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
     scenario = Scenario(
         "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
         (ScenarioTask(0, cases.task.name, case.params, wait=patience(cases.task)),), case.faults, case.orders,
-        case.results, file=cases.file,
+        case.results, now=case.now, file=cases.file,
     )  # fmt: skip
     run = VirtualRun(scenario, spending=spending)
     story = _Story(cases)
@@ -92,7 +88,7 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
     watched: AbstractContextManager[None] = coverage.watched() if coverage is not None else nullcontext()
     try:
         with watched:
-            in_time = run.run(LIMIT_S)
+            in_time = run.run(case.limit_s)
         for step in run.steps:
             story.feed(step)
         given_up = "" if in_time else spending.reason(scenario.tasks)

@@ -193,3 +193,9 @@ def test_a_loop_that_never_gets_on_is_given_up_and_named(tmp_path: Path, capsys:
 
     assert run(["dryrun", "--json", path, "--most-seconds", "0.1"]) == 1
     assert f"{path}:4" in json.loads(capsys.readouterr().out)["reason"]
+
+
+@pytest.mark.parametrize(("at", "code"), [("14:59", 0), ("2026-06-21T15:01", 1), ("tomorrow", 2), ("2026-06-21", 2)])
+def test_the_hour_of_the_request_can_be_said(tmp_path: Path, at: str, code: int) -> None:
+    path = written(tmp_path, "  - check: now < until\n", "params:\n  until: {type: time, default: 15:00}\n")
+    assert run(["dryrun", path, "--at", at]) == code

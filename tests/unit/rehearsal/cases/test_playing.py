@@ -9,7 +9,6 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.nodes.base import Node
-from formiga_bt.rehearsal.cases import running
 from formiga_bt.rehearsal.cases.cases import CaseFile
 from formiga_bt.rehearsal.cases.codes import is_code, read_code, written_code
 from formiga_bt.rehearsal.cases.coverage import Coverage
@@ -180,11 +179,109 @@ class TestWhatDiffers:
 
         wording([(str(one), one.lines) for one in found])
 
-    def test_a_task_that_is_refused_is_no_pass(self, read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(running, "LIMIT_S", 600.0)  # the refused one is waited for until then
-        case = "    orders: [{at: 0 s, lockdown: return}]\n    expect: {}\n"
+    def test_a_task_that_is_refused_is_no_pass(self, read: Read) -> None:
+        case = "    orders: [{at: 0 s, lockdown: return}]\n    limit: 10 min\n    expect: {}\n"
         _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
 
+        assert differs != []
+
+
+SENSOR = """\
+types:
+  sensor:
+    label: Sensor
+    mobility: fixed
+    actions: [Look]
+    events: {moved: {what: text, spot: place, how_far: distance}}
+actions:
+  Look: {fields: {}, result: {}, repeatable: true}
+"""
+MOVED = """\
+formiga: 1
+task: Mine
+agents:
+  sensor: {type: sensor}
+steps:
+  - wait_for: sensor.moved
+    save_as: told
+    timeout: 5 min
+  - check: distance(told.spot, site.places.camp) < 1 m
+  - notify: ${told.what} ${round(told.how_far / 1 m)}
+"""
+DAY = """\
+params:
+  until: {type: time, default: 15:00}
+steps:
+  - if: now < until
+    then: [{notify: early}]
+    else: [{notify: late}]
+"""
+WHO = """\
+agents:
+  picker: {type: picker}
+  watcher: {type: watcher}
+steps:
+  - ask: Is it cold?
+    of: [watcher, picker]
+    policy: any
+    timeout: 10 min
+    save_as: cold
+    escalate_after: 1 min
+  - notify: ${cold.by}
+"""
+
+
+class TestWhatACaseSays:
+    @pytest.mark.parametrize(
+        ("now", "said"), [("14:59", "early"), ("2026-06-21T15:01", "late"), ("2026-06-21T15:01+02:00", "early")]
+    )
+    def test_the_day_and_hour_of_the_request(self, read: Read, now: str, said: str) -> None:
+        came, differs = outcome(read(f"    now: {now}\n    expect: {{notices: [{said}]}}\n", DAY))
+
+        assert (list(came.notices), differs) == ([said], [])
+
+    def test_a_param_may_be_a_time_of_that_day(self, read: Read) -> None:
+        case = "    params: {until: 8:00}\n    now: 2026-06-21T07:00\n    expect: {notices: [early]}\n"
+
+        assert outcome(read(case, DAY))[1] == []
+
+    def test_who_answers_is_the_one_named(self, read: Read) -> None:
+        case = "    answers: [{ask: cold, answer: yes, by: picker_1}]\n    expect: {}\n"
+        came, differs = outcome(read(case, WHO))
+
+        assert (came.notices[-1], differs) == ("picker_1", [])
+
+    @pytest.mark.parametrize(
+        ("fields", "codes"),
+        [
+            (", fields: {what: a cow, spot: camp, how_far: 12 m}", []),
+            ("", ["E022"]),
+            (", fields: {what: a cow, spot: camp}", ["E022"]),
+            (", fields: {what: a cow, spot: camp, how_far: 12, more: 1}", ["E017", "E022"]),
+        ],
+    )
+    def test_an_event_has_its_fields(self, tmp_path: Path, fields: str, codes: list[str]) -> None:
+        (tmp_path / "mine.yaml").write_text(MOVED, encoding="utf-8")
+        (tmp_path / "sensor.yaml").write_text(SENSOR, encoding="utf-8")
+        file = tmp_path / "mine.test.yaml"
+        file.write_text(
+            "formiga_test: 1\ntask: mine.yaml\ncases:\n  - name: it\n"
+            "    agents: {yard: {type: sensor, at: base}}\n"
+            f"    faults: [{{at: 20 s, agent: yard, kind: event, event: moved{fields}}}]\n"
+            "    expect: {notices: [a cow 12]}\n",
+            encoding="utf-8",
+        )
+        loaded = load_cases(file, actions=[tmp_path / "sensor.yaml"])
+
+        assert sorted(one.code for one in loaded.diagnostics) == codes
+        if loaded.cases is not None:
+            assert outcome(loaded.cases)[1] == []
+
+    def test_a_case_goes_on_no_longer_than_its_limit(self, read: Read) -> None:
+        case = "    answers: [{ask: cold, never: true}]\n    limit: 5 min\n    expect: {status: failed}\n"
+        came, differs = outcome(read(case, WHO))
+
+        assert not came.in_time
         assert differs != []
 
 
