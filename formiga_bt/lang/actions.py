@@ -3,12 +3,13 @@
 from typing import Any, Final, Literal
 
 from formiga_bt.base.clock import micros
+from formiga_bt.lang.expr.tokens import is_readable
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import PARAM, Option
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
-from formiga_bt.lang.params import read_type
-from formiga_bt.lang.text.document import Entry, Mapping_, Node
+from formiga_bt.lang.params import check_bounds, read_type
+from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,
     is_empty,
@@ -88,7 +89,16 @@ def _fields(node: Node, problems: Problems, what: str = "fields") -> dict[str, F
     for entry in mapping.entries if mapping is not None else ():
         if read_name(entry.key, problems, what) is not None:
             found[entry.key.text] = _field(entry, problems)
+            if what == "result":
+                check_readable(entry.key, problems)
     return found
+
+
+def check_readable(at: Scalar, problems: Problems) -> None:
+    """Report E018 for what tasks read after a dot, if no expression can: `result.in`."""
+    if not is_readable(at.text, field=True):
+        what = f"no expression can read '{at.text}': it is a word of expressions"
+        problems.add("E018", at.mark, what, f"call it {at.text}_")
 
 
 def _field(entry: Entry, problems: Problems) -> FieldSpec:
@@ -99,13 +109,15 @@ def _field(entry: Entry, problems: Problems) -> FieldSpec:
     of = read_type(keys["type"].value, problems) if "type" in keys else ANY
     if "values" in keys:
         of = Type("enum", values=tuple(keys.words("values")))
+    default, least, most = (_value(keys, key, of, problems) for key in ("default", "min", "max"))
+    check_bounds(name, least, most, default, problems)
     return FieldSpec(
         name,
         of,
         optional=keys.flag("optional"),
-        default=_value(keys, "default", of, problems),
-        min=_number(_value(keys, "min", of, problems)),
-        max=_number(_value(keys, "max", of, problems)),
+        default=default,
+        min=_number(least),
+        max=_number(most),
         help=keys.word("help"),
     )
 
@@ -123,7 +135,11 @@ def _value(keys: dict[str, Entry], key: str, of: Type, problems: Problems) -> Ex
 def read_results(node: Node, problems: Problems, what: str = "result") -> dict[str, Type]:
     """Return the types of the fields of a result, or of an event."""
     mapping = read_optional_mapping(node, problems, what)
-    return {e.key.text: _field(e, problems).type for e in (mapping.entries if mapping is not None else ())}
+    found: dict[str, Type] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        found[entry.key.text] = _field(entry, problems).type
+        check_readable(entry.key, problems)
+    return found
 
 
 def _number(expr: Expr | None) -> float | None:

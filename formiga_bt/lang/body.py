@@ -18,7 +18,8 @@ from formiga_bt.lang.checks.outside import warn_outside
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.scope import MaybeUnset
-from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.expr.tokens import is_readable
+from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value, compile_words
 from formiga_bt.lang.flow import Around, Flow, NamedValue
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import BUILT_IN
@@ -26,7 +27,7 @@ from formiga_bt.lang.request.binding import never
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean
 from formiga_bt.lang.text.synonyms import nearest, surely
-from formiga_bt.lang.types import AGENT, ANY, DURATION, PERCENT, TEXT, Type
+from formiga_bt.lang.types import AGENT, ANY, DURATION, PERCENT, Type
 from formiga_bt.lang.world import Resolver, World
 from formiga_bt.lang.written import saves, scalars
 
@@ -85,7 +86,7 @@ class Body:
     def define(self, name: str, named: NamedValue, optional: bool = False) -> None:
         """Add a param, var or role."""
         self.names[name] = named
-        if name in BUILT_IN or name in STANDARD.names():
+        if name in BUILT_IN or name in STANDARD.names() or not is_readable(name):
             self.used.add(name)  # refused already
         if optional:
             self.optional |= {name}
@@ -212,8 +213,9 @@ class Body:
         return expr
 
     def text(self, node: Node, what: str) -> Expr:
-        """Compile text that may hold `${...}`."""
-        return self.value(node, TEXT, what)
+        """Compile a text for people, which may hold `${...}` of any type."""
+        expr, found = compile_words(node, self.scope(), what)
+        return self._took(expr, found, node)
 
     def cond(self, node: Node, what: str, *, live: frozenset[str] | None = None) -> Expr | None:
         """Compile a condition; None (reported) if it is no scalar.
@@ -245,7 +247,7 @@ class Body:
         return self._took(expr, found, at)
 
     def _took(self, expr: Expr, found: Iterable[Diagnostic], node: Node) -> Expr:
-        self.problems.extend(self._relabel(d) for d in found)
+        self.problems.extend(self._relabel(d) for d in found if not self._is_told(d))
         self.used.update(read.name for read in expr.reads)
         self._check_released(expr)
         if isinstance(node, Scalar):
@@ -276,6 +278,11 @@ class Body:
                 what = f"{match[0]} is nearly empty; did you mean {meant}?"
                 self.problems.add("W070", mark, what, "percent is 0 to 100", Fix(mark, meant))
 
+    def _is_told(self, diagnostic: Diagnostic) -> bool:
+        """Return whether a name that no expression can read was refused where it is defined."""
+        about = diagnostic.about
+        return diagnostic.code == "E009" and isinstance(about, UnknownName) and about.name in self.names
+
     def _relabel(self, diagnostic: Diagnostic) -> Diagnostic:
         """Turn "unknown name" into "used before it is saved" where a later step saves it."""
         if diagnostic.code != "E010" or not isinstance(diagnostic.about, UnknownName):
@@ -302,10 +309,10 @@ class Body:
                 self.problems.unused(self.names[name].mark, what, name)
 
     def report_unread(self) -> None:
-        """Report E053 for each saved name that nothing read."""
+        """Report W060 for each saved name that nothing read."""
         for name, named in self.every.items():
             if name not in self.used:
-                self.problems.add("E053", named.mark, f"'{name}' is saved but never used", "remove save_as")
+                self.problems.add("W060", named.mark, f"'{name}' is saved but never used", "remove save_as")
 
     def unknown_agent(self, at: Mark, name: str, also: Iterable[str] = ()) -> None:
         """Report E020 for a name that is no role, or E013 for one that is no agent."""

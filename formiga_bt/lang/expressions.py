@@ -14,7 +14,7 @@ from formiga_bt.lang.expr.parts import facts
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
 from formiga_bt.lang.expr.typing_rules import fits
-from formiga_bt.lang.expr.values import read_value
+from formiga_bt.lang.expr.values import read_value, read_words
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.types import BOOL, Type
@@ -25,6 +25,7 @@ __all__ = [
     "compile_cond",
     "compile_expr",
     "compile_value",
+    "compile_words",
     "fits",
     "narrows",
     "narrows_when_false",
@@ -94,3 +95,8 @@ def compile_value(
         optional: the whole value may be absent, so `${robot}` of an optional param is fine (`run` raises Unset).
     """
     return read_value(node, scope, expected, what=what, optional=optional)
+
+
+def compile_words(node: Node, scope: Scope, what: str) -> tuple[Expr, list[Diagnostic]]:
+    """Compile a text that people read: a value in it, or that is all of it, is shown as people read values."""
+    return read_words(node, scope, what)

@@ -3,6 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.expr.helpers import STANDARD
+from formiga_bt.lang.expr.tokens import is_readable
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.reading import Problems
 
@@ -11,7 +12,7 @@ BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "r
 
 
 def is_free(at: Scalar, problems: Problems) -> bool:
-    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
+    """Report E018 for a name that is built in, a helper's or a word of expressions; return whether it may be defined."""
     if at.text in BUILT_IN:
         problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
         return False
@@ -19,5 +20,9 @@ def is_free(at: Scalar, problems: Problems) -> bool:
         problems.add(
             "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
         )
+        return False
+    if not is_readable(at.text):
+        what = f"no expression can read '{at.text}': it is a word of expressions"
+        problems.add("E018", at.mark, what, f"call it {at.text}_")
         return False
     return True

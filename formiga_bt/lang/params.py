@@ -185,17 +185,23 @@ def _as_default(diagnostic: Diagnostic) -> Diagnostic:
 
 
 def _check_range(param: Param, problems: Problems) -> None:
-    low, high, default = (_number(expr) for expr in (param.min, param.max, param.default))
-    wrong = impossible(param, default)
+    wrong = impossible(param, _number(param.default))
     if wrong and param.default is not None:
         problems.add("E061", param.default.mark, f"'{param.name}' {wrong}")
-    elif low is not None and high is not None and low > high and param.min is not None:
-        problems.add("E061", param.min.mark, f"min of '{param.name}' is above its max", "exchange them")
-    elif param.default is not None and default is not None:
+        return
+    check_bounds(param.name, param.min, param.max, param.default, problems)
+
+
+def check_bounds(name: str, least: Expr | None, most: Expr | None, given: Expr | None, problems: Problems) -> None:
+    """Report E061 for bounds that contradict, and for a default that lies outside of them."""
+    low, high, default = (_number(expr) for expr in (least, most, given))
+    if low is not None and high is not None and low > high and least is not None:
+        problems.add("E061", least.mark, f"min of '{name}' is above its max", "exchange them")
+    elif given is not None and default is not None:
         if low is not None and default < low:
-            problems.add("E061", param.default.mark, f"the default of '{param.name}' is below its min")
+            problems.add("E061", given.mark, f"the default of '{name}' is below its min")
         if high is not None and default > high:
-            problems.add("E061", param.default.mark, f"the default of '{param.name}' is above its max")
+            problems.add("E061", given.mark, f"the default of '{name}' is above its max")
 
 
 def _number(expr: Expr | None) -> float | None:

@@ -121,19 +121,35 @@ def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple
 
 def commands(step: Step, names: Names) -> Iterator[tuple[tuple[str, ...], Step]]:
     """Iterate over the agents that a step commands or gives back, each with the step in this body that does it."""
+    for agents, at, _ in _addressed(step, names):
+        yield agents, at
+
+
+def lasting_orders(step: Step) -> Iterator[tuple[str, Do]]:
+    """Iterate over the goals that a step may send to agents that it does not hold itself, with the name of one of these.
+
+    Those of a `with_agents` inside it are brought home and given back before it ends: nothing that comes after it has them.
+    """
+    for agents, _, do in _addressed(step, {}):
+        if agents and isinstance(do, Do):
+            yield agents[0], do
+
+
+def _addressed(step: Step, names: Names) -> Iterator[tuple[tuple[str, ...], Step, Step]]:
+    """Iterate over agents that a step commands, each with the step in this body that does it, and the one that says so."""
     if isinstance(step, Do | Release):
-        yield names.get(step.who.name, (step.who.name,)), step
+        yield names.get(step.who.name, (step.who.name,)), step, step
     elif isinstance(step, Call):
         inner = called_with(step, names)
         for child in step.subtree.steps:
-            for agents, _ in commands(child, inner):
-                yield agents, step
+            for agents, _, said in _addressed(child, inner):
+                yield agents, step, said
     else:
         inside = {**names, **items_of(step, names)} if isinstance(step, For) else names
         if isinstance(step, WithAgents):  # its own agents are nobody else's
             inside = {**names, **dict.fromkeys(step.roles, ())}
         for child in children(step):
-            yield from commands(child, inside)
+            yield from _addressed(child, inside)
 
 
 def roles_inside(steps: tuple[Step, ...]) -> Iterator[Role]:

@@ -189,9 +189,13 @@ class Node(Behaviour):
             self.kept = True
             run.register(key, self)
 
-    def fail(self, code: str, reason: str = "", agent: str = "", *, retryable: bool = True) -> Status:
+    def fail(
+        self, code: str, reason: str = "", agent: str = "", *, retryable: bool = True, by_another: bool = False
+    ) -> Status:
         """Set the failure and return FAILURE."""
-        self.failure = Failure(code=code, reason=reason, step=self.path, agent=agent, retryable=retryable)
+        self.failure = Failure(
+            code=code, reason=reason, step=self.path, agent=agent, retryable=retryable, by_another=by_another
+        )
         return FAILURE
 
     def fail_as(self, failure: Failure | None) -> Status:

@@ -165,7 +165,8 @@ class TimeoutNode(Modifier):
             return done
         if unconfirmed is not None:
             return self.fail_as(unconfirmed)
-        return self.fail("timeout", f"not done within its {self.word.replace('_', ' ')}", retryable=again)
+        said = f"not done within its {self.word.replace('_', ' ')}"
+        return self.fail("timeout", said, retryable=again, by_another=not again)
 
     def _done_after_all(self, run: Run) -> Status | None:
         leaf: Node = self.child
@@ -271,9 +272,9 @@ class RetryNode(Modifier):
         self.remember(run, self.mem)
 
     def _may_again(self, failure: Failure) -> bool:
-        """Return whether a failure may be tried again: a lost agent's too, if another one takes its place."""
-        lost = failure.code == "agent_lost" and failure.agent in self.mem.had
-        return failure.retryable or (self.takes_another and lost)
+        """Return whether a failure may be tried again; by another agent also what this one may not repeat, and its loss."""
+        replaced = failure.agent in self.mem.had or (not failure.agent and bool(self.mem.had))
+        return failure.retryable or (self.takes_another and failure.by_another and replaced)
 
     def _exclude(self, failure: Failure) -> None:
         """Leave out who failed; if the failure names none of the block's agents, all that it had."""

@@ -101,11 +101,12 @@ class DoNode(Leaf):
             case "rejected":
                 return self._fail(view, view.code if view.code == "goal_expired" else "rejected", view.code, again=True)
             case "failed" | "superseded" | "canceled":
-                return self._fail(view, f"failed:{view.code or view.state}", view.text, again=again)
+                failed = f"failed:{view.code or view.state}"
+                return self._fail(view, failed, view.text, again=again, by_another=not again)
             case "gate_refused":
-                return self._fail(view, view.code, view.text, again=again)
+                return self._fail(view, view.code, view.text, again=again, by_another=not again)
             case "lost":
-                return self._fail(view, "agent_lost", "the agent is lost", again=False)
+                return self._fail(view, "agent_lost", "the agent is lost", again=False, by_another=True)
             case "taken_over":
                 return self._fail(view, "taken_over", "its pilot, or its own failsafe, took over", again=False)
             case "in_doubt":
@@ -113,8 +114,8 @@ class DoNode(Leaf):
             case _:
                 raise AssertionError(f"goal ended as {view.state}")
 
-    def _fail(self, view: GoalView, code: str, reason: str, *, again: bool) -> Status:
-        return self.fail(code, reason, view.agent, retryable=again)
+    def _fail(self, view: GoalView, code: str, reason: str, *, again: bool, by_another: bool = False) -> Status:
+        return self.fail(code, reason, view.agent, retryable=again, by_another=by_another)
 
     def _succeeded(self, run: GoalRun, view: GoalView) -> Status:
         result = dict(view.result)

@@ -34,6 +34,8 @@ class Failure(Struct, frozen=True, omit_defaults=True):
     agent: str = ""
     retryable: bool = True
     """False: a goal in doubt, or of an action that may not be repeated."""
+    by_another: bool = False
+    """Another agent may try again what this one may not: the goal has surely ended, or the agent is lost."""
 
 
 class TaskOutcome(Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -326,7 +326,8 @@ class NaiveTrees:
         if doubt:
             reason = "the agent never confirmed the cancel"
             return failed(at, "cancel_unconfirmed", reason, doubt[0].agent, again=False)
-        return failed(at, "timeout", f"not done within its {at.words[0].replace('_', ' ')}", again=again)
+        reason = f"not done within its {at.words[0].replace('_', ' ')}"
+        return failed(at, "timeout", reason, again=again, other=not again)
 
     def _finally(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         if "tidy" not in mem:
@@ -410,8 +411,9 @@ class NaiveTrees:
             if done is None or done.failure is None:
                 return done
             had, named = mem["had"], done.failure.agent in mem["had"]
-            lost = retry.agent == "another" and done.failure.code == "agent_lost" and named
-            if mem["attempt"] >= mem["attempts"] or not (done.failure.retryable or lost):
+            someone = named or (had and not done.failure.agent)
+            other = retry.agent == "another" and done.failure.by_another and someone
+            if mem["attempt"] >= mem["attempts"] or not (done.failure.retryable or other):
                 return done
             mem["had"] = ()
             mem["culprits"] += (done.failure.agent,) if named else had
@@ -967,15 +969,16 @@ class NaiveTrees:
             code = "goal_expired" if goal.code == "goal_expired" else "rejected"
             return failed(at, code, goal.code, goal.agent)
         if goal.state == "gate_refused":
-            return failed(at, goal.code, goal.text, goal.agent, again=again)
+            return failed(at, goal.code, goal.text, goal.agent, again=again, other=not again)
         code, reason = {
             "lost": ("agent_lost", "the agent is lost"),
             "taken_over": ("taken_over", "its pilot, or its own failsafe, took over"),
             "in_doubt": (goal.code or "in_doubt", "nobody knows how the goal ended"),
         }.get(goal.state, ("", ""))
         if code:
-            return failed(at, code, reason, goal.agent, again=False)
-        return failed(at, f"failed:{goal.code or goal.state}", goal.text, goal.agent, again=again)
+            return failed(at, code, reason, goal.agent, again=False, other=goal.state == "lost")
+        code = f"failed:{goal.code or goal.state}"
+        return failed(at, code, goal.text, goal.agent, again=again, other=not again)
 
     def _people(self, env: model.Env, who: model.Who) -> tuple[str, ...]:
         if who.site_role or who.agent is None:
@@ -1079,5 +1082,5 @@ def skipped_before(at: At) -> Failure:
     return Failure(code="nothing_applied", reason="every child before was skipped", step=at.path)
 
 
-def failed(at: At, code: str, reason: str, agent: str = "", *, again: bool = True) -> Done:
-    return Done(Failure(code=code, reason=reason, step=at.path, agent=agent, retryable=again))
+def failed(at: At, code: str, reason: str, agent: str = "", *, again: bool = True, other: bool = False) -> Done:
+    return Done(Failure(code=code, reason=reason, step=at.path, agent=agent, retryable=again, by_another=other))

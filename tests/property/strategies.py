@@ -5,6 +5,7 @@ Not drawn by hypothesis: its examples of this size would nearly all be refused a
 
 import json
 import os
+import re
 from collections.abc import Iterator
 from functools import lru_cache
 from random import Random
@@ -223,18 +224,26 @@ class Writer:
         instant = kind in ("check", "set", "notify", "fail", "break_if")
         if kind in ("ask", "wait_until", "wait_for") or (not instant and self.chance(35)):
             step["timeout"] = self.dice.choice(SPANS)
-        repeatable = not self.hauls(step)  # else the checker refuses
+        by_another = self.hauls_alone(step)
+        repeatable = by_another or not self.hauls(step)  # else the checker refuses
         if kind not in ("set", "notify", "break_if") and repeatable and self.chance(30):
             retry: dict[str, Any] = {"attempts": self.pick(2, 3, 4)}
             if self.chance(60):
                 retry["delay"] = self.dice.choice(SPANS)
                 if self.chance(40):
                     retry["backoff"] = 2
-            if '"with_agents"' in json.dumps(step) and self.chance(60):
+            if by_another or ('"with_agents"' in json.dumps(step) and self.chance(60)):
                 retry["agent"] = "another"
             if not instant and self.chance(50):
                 retry["attempt_timeout"] = self.dice.choice(SPANS)
             step["retry"] = retry
+
+    def hauls_alone(self, step: Any) -> bool:
+        """Return whether only the machines of a block order, in it, what one machine may not do twice."""
+        own = {*step.get("with_agents", ()), *(f"lent{name[4:]}" for name in step.get("with_agents", ()))}
+        text = json.dumps(step)
+        hauling = set(re.findall(r"(\w+)\.Haul", text))
+        return bool(hauling) and hauling <= own and not any(f'"{name}"' in text for name in self.hauling)
 
     def hauls(self, step: Any) -> bool:
         text = json.dumps(step)

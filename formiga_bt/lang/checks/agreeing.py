@@ -3,6 +3,8 @@
 What is done `when: twice` at one step and undone `when: twice` at a later one leaves nothing behind on any path, though each of
 the two alone does. `flight` therefore follows a task once for each way in which such conditions can turn out. Of many, each is
 told apart only between the first and the last step that reads it (`Split`), so that their number does not matter.
+
+What is said of the length of a list agrees with the loops over it: after `check: len(posts) > 1` they run a round (`filled`).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,17 +14,18 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.lang.checks.bodies import parts
-from formiga_bt.lang.model import Expr, Fallback, For, If, Loop, Parallel, Set, Step, Task
+from formiga_bt.lang.checks.filled import says_filled, walked
+from formiga_bt.lang.model import Check, Expr, Fallback, For, If, Loop, Parallel, Set, Step, Task
 from formiga_bt.lang.walk import bare, children
 
 Assumed = Mapping[int, bool]
-"""`id` of a condition of the task -> how it turns out."""
+"""`id` of a condition of the task -> how it turns out; of the list of a `for`: whether it has any item."""
 
 MOST: Final = 5
 """So many are told apart at once."""
 
-_Group = list[tuple[Expr, bool]]
-"""Conditions that agree, and how each has to turn out for the first word of them to hold."""
+_Group = list[tuple[Expr, bool | None, bool | None]]
+"""Conditions that agree on one word, and how each turns out where it holds, and where it does not; None = either way."""
 
 
 class Split(Struct, frozen=True):
@@ -45,33 +48,48 @@ def ways(task: Task) -> tuple[list[Assumed], Splits]:
     sections = (task.steps, task.on_failure, task.on_abort, task.finally_)
     lasting = {"base", "site", *task.params, *(task.vars.keys() - _assigned(task)), *_saved_once(task.steps)}
     groups: dict[str, _Group] = {}
-    for cond in _conditions([step for section in sections for step in section]):
+    lists: dict[str, _Group] = {}
+    every = [step for section in sections for step in section]
+    for cond in _conditions(every):
         if cond.reads and all(read.name in lasting and not read.field for read in cond.reads):
             word, holds = _plain(bare(cond))
-            groups.setdefault(word, []).append((cond, holds))
+            groups.setdefault(word, []).append((cond, holds, not holds))
+            for name, filled, empty in says_filled(bare(cond)):
+                lists.setdefault(name, []).append((cond, filled, empty))
+    for expr in _walked(every):
+        if walked(bare(expr)) in lasting:
+            lists.setdefault(walked(bare(expr)), []).append((expr, True, False))
     agreeing = [conds for word, conds in groups.items() if len(conds) > 1 and _is_lasting(word, task)]
+    agreeing += [conds for conds in lists.values() if len(conds) > 1]
     splits: dict[int, list[Split]] = {}
     whole: list[_Group] = []
     for conds in agreeing:
-        own = frozenset(id(cond) for cond, _ in conds)
+        own = frozenset(id(cond) for cond, _, _ in conds)
         mine = [section for section in sections if _uses(section, own)]
         if len(agreeing) <= MOST or len(mine) > 1:
             whole.append(conds)
         else:
             steps, first, last = _narrowest(mine[0], own)
-            both = ({id(cond): holds == true for cond, holds in conds} for true in (True, False))
-            splits.setdefault(id(steps), []).append(Split(first, last, (next(both), next(both))))
+            splits.setdefault(id(steps), []).append(Split(first, last, (_turned(conds, True), _turned(conds, False))))
     return list(_of_all(whole[:MOST])) if agreeing else [], splits
 
 
 def _of_all(groups: Sequence[_Group]) -> Iterator[Assumed]:
     for turned in product((True, False), repeat=len(groups)):
-        pairs = zip(groups, turned, strict=True)
-        yield {id(cond): holds == true for conds, true in pairs for cond, holds in conds}
+        assumed: dict[int, bool] = {}
+        for conds, holds in zip(groups, turned, strict=True):
+            assumed |= _turned(conds, holds)
+        yield assumed
+
+
+def _turned(conds: _Group, holds: bool) -> Assumed:
+    """Return how conditions turn out where their word holds, or does not."""
+    ends = ((cond, if_so if holds else if_not) for cond, if_so, if_not in conds)
+    return {id(cond): end for cond, end in ends if end is not None}
 
 
 def _uses(steps: Iterable[Step], own: frozenset[int]) -> bool:
-    return any(id(cond) in own for cond in _conditions(steps))
+    return any(id(cond) in own for source in (_conditions, _walked) for cond in source(steps))
 
 
 def _narrowest(steps: tuple[Step, ...], own: frozenset[int]) -> tuple[tuple[Step, ...], int, int]:
@@ -113,9 +131,17 @@ def _conditions(steps: Iterable[Step]) -> Iterator[Expr]:
     for step in steps:
         if step.when is not None:
             yield step.when
-        if isinstance(step, If):
+        if isinstance(step, If | Check):
             yield step.cond
         yield from _conditions(children(step))
+
+
+def _walked(steps: Iterable[Step]) -> Iterator[Expr]:
+    """Iterate over the lists that a `for` goes over."""
+    for step in steps:
+        if isinstance(step, For):
+            yield from step.lists.values()
+        yield from _walked(children(step))
 
 
 def _assigned(task: Task) -> set[str]:
@@ -132,7 +158,11 @@ def _assigned(task: Task) -> set[str]:
 def _saved_once(steps: Sequence[Step]) -> Iterator[str]:
     """Iterate over the names that steps save which are done once at most: not in a loop, not tried again."""
     for step in steps:
-        if isinstance(step, Loop | For) or step.retry is not None:
+        if step.retry is not None:
+            continue
+        if isinstance(step, For) and step.collect:
+            yield step.collect
+        if isinstance(step, Loop | For):
             continue
         name = getattr(step, "save_as", "")
         if name:

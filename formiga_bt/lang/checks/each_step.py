@@ -43,7 +43,7 @@ from formiga_bt.lang.model import (
 )
 from formiga_bt.lang.text.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import children, claims_inside, orders, requests_inside, roles_inside
+from formiga_bt.lang.walk import children, claims_inside, lasting_orders, orders, requests_inside, roles_inside
 
 _QUESTION: Final = "Confirm"
 """The action that `ask` stands for."""
@@ -189,7 +189,8 @@ class StepChecks:
 
     def _check_retry(self, step: Step) -> None:
         assert step.retry is not None
-        for _, do in orders(step):
+        repeated = lasting_orders(step) if step.retry.agent == "another" else orders(step)
+        for _, do in repeated:
             spec = self.actions.get(do.action)
             if spec is not None and not spec.repeatable:
                 what = f"{spec.name} cannot be repeated, so it cannot be retried"
@@ -210,22 +211,22 @@ class StepChecks:
         return spec is not None and bool(spec.moves_to or spec.effect)
 
     def _check_ignored(self, step: Step) -> None:
-        for name, do in orders(step):
+        for name, do in lasting_orders(step):
             if self._moves(self.actions.get(do.action)):
                 where = "in another state" if self.actions[do.action].effect else "somewhere else"
-                what = f"if {do.action} fails, the next steps run with '{name or do.who.name}' {where}"
+                what = f"if {do.action} fails, the next steps run with '{name}' {where}"
                 self.problems.add("W069", step.mark, what, "let it fail, or use retry or fallback")
                 return
 
     def _check_fallback(self, step: Fallback) -> None:
         moved: dict[str, str] = {}
         for child in step.steps:
-            commanded = {name for name, _ in orders(child)}
+            commanded = {name for name, _ in lasting_orders(child)}
             for name, action in moved.items():
                 if name not in commanded and can_succeed(child):
                     what = f"if {action} fails, this counts as success with '{name}' somewhere else"
                     self.problems.add("W069", child.mark, what, f"command '{name}' here too, or end with fail:")
                     break
-            for name, do in orders(child):
-                if name and self._moves(self.actions.get(do.action)):
+            for name, do in lasting_orders(child):
+                if self._moves(self.actions.get(do.action)):
                     moved.setdefault(name, do.action)

@@ -5,7 +5,7 @@ Below `values` and `literals`, which need it for what stands in `${}`; `expressi
 
 from typing import Any
 
-from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic, UnknownName
 from formiga_bt.lang.expr.at_run import guarded, is_open, named, of_type
 from formiga_bt.lang.expr.checker import ExpressionChecker
 from formiga_bt.lang.expr.instants import deadlines
@@ -54,7 +54,8 @@ def compile_expr(
     try:
         parsed = parse_expression(source)
     except ExprSyntax as bad:
-        problems.report(bad.code, bad.start, bad.end, bad.message, bad.mend, mended=bad.mended)
+        about = UnknownName(bad.name) if bad.name else None
+        problems.report(bad.code, bad.start, bad.end, bad.message, bad.mend, mended=bad.mended, about=about)
         return Expr(source, ANY, mark, never), problems.found
     checker = ExpressionChecker(parsed, scope, problems, may_be_absent=optional)
     part = checker.check()

@@ -74,10 +74,20 @@ class ExprSyntax(Exception):  # noqa: N818 - never leaves the compiler, it becom
     """The text is no expression. Columns are 0-based in the expression; `mended` replaces that span, if given."""
 
     def __init__(
-        self, start: int, end: int, message: str, mend: str = "", *, code: str = "E009", mended: str | None = None
+        self,
+        start: int,
+        end: int,
+        message: str,
+        mend: str = "",
+        *,
+        code: str = "E009",
+        mended: str | None = None,
+        name: str = "",
     ) -> None:
         super().__init__(message)
         self.start, self.end, self.message, self.mend, self.code, self.mended = start, end, message, mend, code, mended
+        self.name = name
+        """The name that was meant, if the word can be none."""
 
 
 class Token(Struct, frozen=True):
@@ -255,8 +265,16 @@ def _name(text: str, start: int, end: int, before: list[Token]) -> Token:
             start, end, f"'{text}' is written '{_SLIPS[text]}'", f"write {_SLIPS[text]}", mended=_SLIPS[text]
         )
     if text in _REFUSED:
-        raise ExprSyntax(start, end, f"'{text}' is not part of the language", _REFUSED[text])
+        if _REFUSED[text]:
+            raise ExprSyntax(start, end, f"'{text}' is not part of the language", _REFUSED[text])
+        what = f"'{text}' can be no name in an expression"
+        raise ExprSyntax(start, end, what, f"Python keeps the word for itself: call it {text}_", name=text)
     return Token("name", text, start, end)
+
+
+def is_readable(name: str, *, field: bool = False) -> bool:
+    """Return whether an expression can read what is called so; `field`: after a dot, where more words are free."""
+    return name not in WORDS and name not in _BOOLS and (field or (name not in _SLIPS and name not in _REFUSED))
 
 
 _OP_MENDS: Final[Mapping[str, str]] = MappingProxyType({"&&": "and", "||": "or", "===": "==", "!==": "!=", "<>": "!="})

@@ -32,6 +32,14 @@ def read_value(node: Node, scope: Scope, expected: Type, *, what: str = "", opti
     return read_literal(node, scope, expected, what)
 
 
+def read_words(node: Node, scope: Scope, what: str) -> Result:
+    """Compile a text that people read; see `expressions.compile_words`."""
+    spans = holes(node.text) if isinstance(node, Scalar) else 0
+    if isinstance(node, Scalar) and isinstance(spans, list) and spans:
+        return _interpolation(node, spans, scope)
+    return read_value(node, scope, TEXT, what=what)
+
+
 def _with_holes(node: Scalar, scope: Scope, expected: Type, what: str, optional: bool) -> Result:
     text = node.text
     spans = holes(text)

@@ -4,7 +4,7 @@ The fence holds the base, every port and every waiting point; no no-fly region d
 points lie between the ground and the greatest height. Called by `lang.site` once its keys are read without error.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -169,19 +169,38 @@ def _check_layers(site: Site, written: Written, types: Iterable[AgentType], prob
         at = mark or (top.mark if top is not None else None)
         if at is not None:
             _check_layer(site, height, at, known, problems)
+    _check_ceilings(site, layers, known, problems)
     for (one, _), (other, mark) in combinations(sorted(layers, key=lambda layer: layer[0]), 2):
         if mark is not None and 0 < other - one < site.separation_m:
             what = f"layers {_m(one)} and {_m(other)} are closer than separation, {_m(site.separation_m)}"
             problems.add("E082", mark, what, "drones of different tasks cross in different layers: move one")
 
 
-def _check_layer(site: Site, height: float, mark: Mark, types: Iterable[AgentType], problems: Problems) -> None:
+def _check_ceilings(
+    site: Site, layers: Iterable[tuple[float, Mark | None]], types: Sequence[AgentType], problems: Problems
+) -> None:
+    """Report E082 for a type that may fly in none of the layers; a grant gives each machine one that is low enough."""
+    height, mark = min(layers, key=lambda layer: layer[0])
+    highest, _ = _highest(site, types)
     for agent_type in types:
         limit, owner = ceiling("max_height", agent_type, site.envelope, {})
-        if height > limit:
-            what = f"layer {_m(height)} is above the limit of {_m(limit)} for {owner}"
-            problems.add("E082", mark, what, "lower it; nothing may fly there")
-            return
+        if mark is not None and limit < height <= highest:
+            what = f"the lowest layer, {_m(height)}, is above the limit of {_m(limit)} for {owner}"
+            problems.add("E082", mark, what, f"add one of at most {_m(limit)}: each machine crosses where it may fly")
+
+
+def _highest(site: Site, types: Iterable[AgentType]) -> tuple[float, str]:
+    """Return the height that no type may fly above, metres over the ground, and whose limit that is; inf = there is none."""
+    limits = [ceiling("max_height", agent_type, site.envelope, {}) for agent_type in types]
+    return max(limits, default=(float("inf"), ""), key=lambda one: one[0])
+
+
+def _check_layer(site: Site, height: float, mark: Mark, types: Iterable[AgentType], problems: Problems) -> None:
+    limit, owner = _highest(site, types)
+    if height > limit:
+        what = f"layer {_m(height)} is above the limit of {_m(limit)} for {owner}"
+        problems.add("E082", mark, what, "lower it; nothing may fly there")
+        return
     limit = site.envelope.get(key_of("max_height"), float("inf"))
     if height > limit:
         what = f"layer {_m(height)} is above the limit of {_m(limit)} for this site"
@@ -197,17 +216,18 @@ def _check_waiting(site: Site, written: Written, types: Iterable[AgentType], pro
     """Report E082 for a waiting point too near the ground below it, or above the greatest height."""
     known = list(types)
     clearance = _least_clearance(site, known)
-    limit = strictest("max_height", (ceiling("max_height", one, site.envelope, {})[0] for one in known))
     for name, port in site.ports.items():
         if port.waiting is None:
             continue
+        at_home = {agent.type for agent in site.agents.values() if agent.home == name}
+        limit, _ = _highest(site, [one for one in known if one.name in at_home] or known)
         below = site.heights.ground_m(port.waiting.east_m, port.waiting.north_m) if site.heights is not None else 0.0
         least = (below or 0.0) + site.relief_m + clearance
         what = f"the waiting point of '{name}' is at {_m(port.waiting.up_m)} over the base's ground"
         if port.waiting.up_m < least:
             help_ = f"at least {_m(least)}: the ground below, relief and terrain_clearance together"
             problems.add("E082", written.waiting[name], f"{what}, too near the ground", help_)
-        elif limit is not None and port.waiting.up_m - (below or 0.0) > limit:
+        elif port.waiting.up_m - (below or 0.0) > limit:
             problems.add("E082", written.waiting[name], f"{what}, above the limit of {_m(limit)}", "lower it")
 
 

@@ -24,6 +24,7 @@ from formiga_bt.lang.text.reading import (
     what_is,
 )
 from formiga_bt.lang.text.synonyms import surely
+from formiga_bt.lang.types import TEXT
 
 
 def read_ask(body: Body, keys: Keys) -> Part | None:
@@ -41,7 +42,7 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
     if "clears" in keys:
         part["clears"], part["clears_on"] = _read_clears(body, keys["clears"].value, options)
     if "if_no_answer" in keys:
-        part["if_no_answer"] = body.text(keys["if_no_answer"].value, "if_no_answer")
+        part["if_no_answer"] = body.value(keys["if_no_answer"].value, TEXT, "if_no_answer")
     result = records.answer(options, part["policy"])
     if "save_as" in keys:
         part["save_as"] = read_save(body, keys["save_as"].value, result)

@@ -259,6 +259,31 @@ def test_with_another_agent_the_next_attempt_leaves_out_who_failed(make: Make) -
     assert yard.outcome(mine) == ("SUCCEEDED", "")
 
 
+def test_another_machine_does_what_one_may_not_do_twice(make: Make) -> None:
+    block = "{with_agents: {more: {type: cart}}, steps: [{do: more.Haul}], retry: {attempts: 2, agent: another}}"
+    yard = make(f"steps: [{block}]", carts=2)
+    mine = yard.start()
+
+    yard.carts[0].fail("stuck")
+    yard.run_for(0.3)
+    assert held(yard, mine) == ["c2"]
+    step(yard, 1, "Haul")
+
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+def test_another_machine_does_it_after_a_timeout_too_once_the_cancel_is_confirmed(make: Make) -> None:
+    block = "{with_agents: {more: {type: cart}}, steps: [{do: more.Haul, timeout: 2 s}], retry: {attempts: 2, agent: another}}"
+    yard = make(f"steps: [{block}]", carts=2)
+    mine = yard.start()
+
+    yard.run_for(2.5)
+    assert held(yard, mine) == ["c2"]
+    step(yard, 1, "Haul")
+
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
 def test_without_it_the_same_one_tries_again(make: Make) -> None:
     block = "{with_agents: {more: {type: cart, near: '${base}'}}, steps: [{do: more.Move}], retry: {attempts: 2}}"
     yard = make(f"steps: [{block}]", carts=2)

@@ -59,6 +59,8 @@ class Doing:
         """How conditions of the task turn out."""
         self.splits: Splits = {}
         """Where conditions that agree are told apart."""
+        self.filled: frozenset[str] = frozenset()
+        """Lists of the task that surely have an item."""
         self.owners: dict[str, set[str]] = {}
         """Loop names -> the roles whose list they go over."""
         self.breaks: list[Sky | None] = []

@@ -10,6 +10,7 @@ from typing import Final, assert_never
 from msgspec.structs import replace
 
 from formiga_bt.lang.checks.agreeing import MOST
+from formiga_bt.lang.checks.filled import walked
 from formiga_bt.lang.checks.flight.doing import Doing
 from formiga_bt.lang.checks.flight.flight_states import (
     InterpreterPlace,
@@ -59,7 +60,7 @@ from formiga_bt.lang.model import (
     WithResource,
 )
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import orders
+from formiga_bt.lang.walk import bare, orders
 
 _MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents, WithResource)
 
@@ -153,7 +154,8 @@ class Interpreter(Doing):
             case Switch():
                 return self._switch(step, sky, here)
             case Check():
-                return Outcomes(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
+                yes, no = self._narrow(sky, step.cond, True), self._narrow(sky, step.cond, False)
+                return Outcomes(yes, failing(no, step.mark, here))
             case Fail():
                 return Outcomes(None, failing(sky, step.mark, here))
             case Ask() | WaitFor() | Request():
@@ -355,6 +357,8 @@ class Interpreter(Doing):
 
     def _for(self, step: For, sky: Sky, here: InterpreterPlace) -> Outcomes:
         """Interpret the body once for all items: what it does to one it does, by the end, to each of the list."""
+        if any(self.assumed.get(id(expr)) is False for expr in step.lists.values()):
+            return Outcomes(sky, None)
         bound = {name: one for name, expr in step.lists.items() if (one := machines_of(expr, sky)).keys}
         twins = twins_of(bound, step)
         if twins:
@@ -371,6 +375,8 @@ class Interpreter(Doing):
         end = join(ends.success, ends.skipped)
         loose = {name: replace(one, all=False) for name, one in bound.items()}
         some = any(one.all and not one.open for one in bound.values()) or is_filled(step)
+        filled = self.filled if here.call is None else ()
+        some = some or any(self.assumed.get(id(e)) or walked(bare(e)) in filled for e in step.lists.values())
         failure = back(sky, join(ends.failure, join(end, inside) if ends.failure is not None else None), loose)
         success = back(sky, end, bound if step.need == "all" else loose)
         if not some and success is not None:  # an empty list has no items to be left in another state

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.checks.agreeing import Assumed, Splits, ways
+from formiga_bt.lang.checks.filled import filled_at_start
 from formiga_bt.lang.checks.flight.flight_states import InterpreterPlace, Outcomes, Sky, Why, keys_of, start
 from formiga_bt.lang.checks.flight.interpreter import Interpreter
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
@@ -78,6 +79,7 @@ class _Flight(Interpreter):
         flying = [role for role in self.task.roles.values() if self.flies(role)]
         sky: Sky = {key: start(role) for role in flying for key in keys_of(role)}
         here = InterpreterPlace(self.file)
+        self.filled = filled_at_start(self.task)
         with self.problems.within("steps"):
             ends = self._steps(self.task.steps, sky, here)
         for name, steps in (("on_failure", self.task.on_failure), ("on_abort", self.task.on_abort)):
