@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.base.diagnostics import Diagnostic, Mark, UnusedName
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.compose import compose
@@ -34,10 +34,15 @@ _SIGNS: Final[tuple[tuple[Kind, str], ...]] = (
 
 def kind_of(text: str) -> Kind:
     """Return what a text says it is; a task, if it says nothing that is known."""
+    return said_kind(text) or "task"
+
+
+def said_kind(text: str) -> Kind | None:
+    """Return what a text says it is; None if it says nothing that is known."""
     for kind, keys in _SIGNS:
         if re.search(rf"^[\"']?(?:{keys})[\"']?[ \t]*:", text, re.MULTILINE):
             return kind
-    return "task"
+    return None
 
 
 def check_text(
@@ -104,4 +109,5 @@ def _of_library(text: str, path: Path, catalogue: Catalogue) -> list[Diagnostic]
     """Return the problems of a library: it is read as the task that it would be with a name and a step."""
     task = f"{text.rstrip()}\ntask: Library\nsteps:\n  - wait: 1 s\n"
     found = load_task_text(task, str(path), catalogue=catalogue, folder_=path.parent).diagnostics
-    return [d for d in found if d.code != "W060" and d.mark.line <= text.rstrip().count("\n") + 1]
+    mine = [d for d in found if d.mark.file == str(path) and d.mark.line <= text.rstrip().count("\n") + 1]
+    return [d for d in mine if not (isinstance(d.about, UnusedName) and d.about.kind == "subtree")]

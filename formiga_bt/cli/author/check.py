@@ -14,7 +14,7 @@ def command(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Task files, or folders of them; also a site, catalogue, scenario or test file.", metavar="FILE"
+            help="Task files, or folders of them with their libraries, sites, catalogues and tests.", metavar="FILE"
         ),
     ],
     site: Annotated[Path | None, typer.Option(help="Site file: fence, places, ports.", metavar="FILE")] = None,
@@ -24,7 +24,7 @@ def command(
     as_sarif: Annotated[bool, typer.Option("--sarif", help="Print a SARIF 2.1.0 log instead of text.")] = False,
     as_github: Annotated[bool, typer.Option("--github", help="Print annotations for GitHub's workflows.")] = False,
 ) -> None:
-    """Check task files, and sites, catalogues, scenarios and test files; report all problems at once.
+    """Check task files, libraries, sites, catalogues, rules, scenarios and test files, or folders of them.
 
     Exit code 0: usable. 1: there are errors (or, with --strict, warnings). 2: a file cannot be read.
     """

@@ -14,6 +14,7 @@ from typing import Any, Final, Literal
 from formiga_bt.base.diagnostics import Diagnostic, in_order
 from formiga_bt.cli.inputs import (
     CheckWorld,
+    FoundFiles,
     UnusableFile,
     added_catalogues,
     find_tasks,
@@ -38,7 +39,7 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     Raises:
         UnusableFile: a file cannot be read.
     """
-    given = find_tasks(files)
+    given = find_tasks(files, may_be_empty=True)
     paths = given.tasks
     world, actions = read_world(actions, site), added_catalogues(actions)
     found, sources = list(world.diagnostics), dict(world.sources)
@@ -53,6 +54,14 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
         found += read.diagnostics
         sources.update(read.sources)
         tasks += [read.task] if read.task is not None else []
+    beside, left = _beside(files, given)
+    if not paths and not beside:
+        find_tasks(files)  # says what is there instead
+    for path in beside:
+        problems, texts = _other(path, world, actions)
+        found += problems
+        sources.update(texts)
+    paths, given = [*paths, *beside], FoundFiles(paths, left)
     if len(tasks) > 1:
         from formiga_bt.lang.checks.deadlock import check_tasks
 
@@ -73,12 +82,28 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     return int(refused)
 
 
+def _beside(files: Sequence[Path], given: FoundFiles) -> tuple[list[Path], list[Path]]:
+    """Return the libraries, sites, catalogues, rules, scenarios, tests and profiles of folders, and what is none of them."""
+    tests = [path for folder in files if folder.is_dir() for path in sorted(folder.rglob("*.test.y*ml"))]
+    if not given.others and not tests:
+        return [], []
+    from formiga_bt.lang.any_file import said_kind
+
+    found = {path: path.is_file() and said_kind(read_quietly(path)) is not None for path in (*given.others, *tests)}
+    return [path for path, known in found.items() if known], [path for path, known in found.items() if not known]
+
+
+def read_quietly(path: Path) -> str:
+    """Return the text of a file, an empty one if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
 def is_other(path: Path) -> bool:
     """Return whether a file says that it is a site, rules, a catalogue, a scenario, a test or a profile, and no task."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
+    text = read_quietly(path)
     return _OTHER.search(text) is not None or (_OTHER_BUT.search(text) is not None and _TASK.search(text) is None)
 
 

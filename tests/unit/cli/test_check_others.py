@@ -38,3 +38,34 @@ SHIPPED = ("actions/base.yaml", "trees/demo-site.yaml", "trees/scenarios/demo.ya
 def test_what_ships_is_sound(path: str, capsys: Capture, wording: Wording) -> None:
     assert run(["check", "--strict", str(ROOT / path)]) == 0
     wording(capsys.readouterr().out)
+
+
+def test_a_folder_is_checked_with_all_that_lies_in_it(tmp_path: Path, capsys: Capture) -> None:
+    files = {
+        "go.yaml": "formiga: 1\ntask: Go\nsteps:\n  - wait: 5 s\n",
+        "lib/hop.yaml": "formiga: 1\nsubtrees:\n  Hop:\n    params: {drone: agent}\n    steps:\n      - do: drone.Hop\n",
+        "site.yaml": "formiga_site: 1\nname: north\nbase: {lat: 66.5, lng: 25.7}\nmode: real\n",
+        "mine.yaml": "types: {lwd: {wings: 2}}\n",
+        "go.test.yaml": "formiga_test: 1\ntask: nothing.yaml\ncases: []\n",
+        "compose.yaml": "services: {}\n",
+    }
+    for name, text in files.items():
+        file = tmp_path / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
+    assert run(["check", str(tmp_path)]) == 1
+
+    said = capsys.readouterr().out
+    wrong = {name for name in files if f"{name}:" in said}
+    assert wrong == {"lib/hop.yaml", "site.yaml", "mine.yaml", "go.test.yaml"}
+    assert "refused: 5 files" in said
+    assert "compose.yaml" in said  # what is none of these is named
+
+
+def test_a_folder_of_libraries_alone_is_checked(tmp_path: Path, capsys: Capture) -> None:
+    text = "formiga: 1\nsubtrees:\n  Hold:\n    steps:\n      - wait: 5\n"
+    (tmp_path / "hold.yaml").write_text(text, encoding="utf-8")
+
+    assert run(["check", str(tmp_path)]) == 1
+    assert "E017" in capsys.readouterr().out
