@@ -58,12 +58,24 @@ def waits(step: Step) -> bool:
             return any(waits(child) for child in step.subtree.steps)
         case Loop() if step.every is not None:
             return True
-        case Sequence() | Fallback() | Parallel() | Loop() | For() | Guard() | If() | Switch():
+        case Parallel():
+            need = {"all": len(step.steps), "any": 1}.get(str(step.need), step.need)
+            return sum(_is_sure(child) for child in step.steps) < int(need) and any(map(waits, step.steps))
+        case Sequence() | Fallback() | Loop() | For() | Guard() | If() | Switch():
             return any(waits(child) for child in children(step))
         case Check() | Set() | Notify() | Fail() | BreakIf():
             return False
         case _:
             assert_never(step)
+
+
+def _is_sure(step: Step) -> bool:
+    """Return whether a step surely succeeds, at once."""
+    if step.when is not None:
+        return False
+    if isinstance(step, Sequence):
+        return all(_is_sure(child) for child in children(step))
+    return isinstance(step, Set | Notify) or (step.ignore_failure and isinstance(step, Check | Fail))
 
 
 def _visits(step: Step) -> int:

@@ -8,6 +8,7 @@ from typing import Final, assert_never
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.busy_loops import check_spin
 from formiga_bt.lang.checks.deadlock import check_blocks
+from formiga_bt.lang.checks.endings import is_left
 from formiga_bt.lang.checks.flight.contention import check_contention
 from formiga_bt.lang.checks.flight.same_machine import check_same_machine
 from formiga_bt.lang.checks.haste import check_haste
@@ -83,7 +84,9 @@ def can_succeed(step: Step) -> bool:
             | Request()
         ):
             return True
-        case Loop() | For() | BreakIf():
+        case Loop():
+            return not step.forever or step.until is not None or step.max is not None or is_left(step.steps)
+        case For() | BreakIf():
             return True
         case _:
             assert_never(step)

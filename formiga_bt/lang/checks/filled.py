@@ -1,7 +1,9 @@
 """What is said of whether a list has any item: by conditions on its length, and by what is read of it before the first step."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from operator import eq, ge, gt, le, lt, ne
+from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.lang.model import Expr, Task
@@ -10,6 +12,9 @@ from formiga_bt.lang.walk import bare, plain_name
 _LENGTH: Final = re.compile(r"\(?\s*len\(\s*([A-Za-z_]\w*)\s*\)\s*(==|!=|<=|>=|<|>)\s*(\d{1,6})\s*\)?")
 _TURNED: Final = re.compile(r"\(?\s*(\d{1,6})\s*(==|!=|<=|>=|<|>)\s*len\(\s*([A-Za-z_]\w*)\s*\)\s*\)?")
 _MIRROR: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "==", "!=": "!="}
+_SIGNS: Final[Mapping[str, Callable[[int, int], bool]]] = MappingProxyType(
+    {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
+)
 _WALKED: Final = re.compile(r"(?:reverse|range\(\s*len|range\(\s*0\s*,\s*len)\(\s*([A-Za-z_]\w*)\s*\)+")
 _ITEM: Final = re.compile(
     r"(?:\b(?:first|last|min|max)\(\s*|\bnearest\([^()]*,\s*)([A-Za-z_]\w*)\s*\)|\b([A-Za-z_]\w*)\[\s*\d+\s*\]"
@@ -39,16 +44,9 @@ def says_filled(source: str) -> Iterator[tuple[str, bool | None, bool | None]]:
 
 def _ends(sign: str, number: int) -> tuple[bool | None, bool | None]:
     """Return how `len(x) SIGN number` turns out for a list with items, and for an empty one."""
-    holds = {
-        "<": lambda length: length < number,
-        "<=": lambda length: length <= number,
-        ">": lambda length: length > number,
-        ">=": lambda length: length >= number,
-        "==": lambda length: length == number,
-        "!=": lambda length: length != number,
-    }[sign]
-    some = {holds(length) for length in (1, number - 1, number, number + 1) if length > 0}
-    return (next(iter(some)) if len(some) == 1 else None), holds(0)
+    holds = _SIGNS[sign]
+    some = {holds(length, number) for length in (1, number - 1, number, number + 1) if length > 0}
+    return (next(iter(some)) if len(some) == 1 else None), holds(0, number)
 
 
 def walked(source: str) -> str:

@@ -13,6 +13,7 @@ from formiga_bt.lang.checks.no_effect import check_no_effect
 from formiga_bt.lang.checks.questions import check_questions
 from formiga_bt.lang.checks.repeats import check_repeats
 from formiga_bt.lang.checks.role_names import check_role_names
+from formiga_bt.lang.checks.unheard import check_unheard
 from formiga_bt.lang.model import Catalogue, Site, Step, Task
 from formiga_bt.lang.text.reading import Problems
 
@@ -45,3 +46,4 @@ def _check_body(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problem
     check_nesting(steps, catalogue, problems)
     check_questions(steps, catalogue, problems)
     check_system_tasks(steps, catalogue, problems)
+    check_unheard(steps, problems)

@@ -1,0 +1,33 @@
+"""W170: a branch of a `parallel` that can only fail: nobody notices it, or the whole can never succeed.
+
+It is written to stop the others, and does not: with `need: any` or a number the others go on, with `need: all` the parallel
+waits for this branch even when the others are done.
+"""
+
+from formiga_bt.lang.checks.each_step import can_succeed
+from formiga_bt.lang.model import Parallel, Step
+from formiga_bt.lang.text.reading import Problems
+from formiga_bt.lang.walk import children
+
+
+def check_unheard(steps: tuple[Step, ...], problems: Problems) -> None:
+    """Report W170 for the steps of a body and what is inside them."""
+    for step in steps:
+        with problems.within(step.title):
+            if isinstance(step, Parallel):
+                _check(step, problems)
+            check_unheard(children(step), problems)
+
+
+def _check(step: Parallel, problems: Problems) -> None:
+    lost = [child for child in step.steps if child.when is None and not can_succeed(child)]
+    if not lost or len(lost) == len(step.steps):  # all of them fail: that is meant, or told as E043
+        return
+    need = {"all": len(step.steps), "any": 1}.get(str(step.need), step.need)
+    if len(step.steps) - len(lost) >= int(need):
+        what = f"this branch can only fail, and nobody notices it: the others go on, need is {step.need}"
+        help_ = "let it succeed where it is to end the parallel, and look afterwards which branch it was"
+    else:
+        what = "this branch can only fail, so the parallel never succeeds, even if the others are done"
+        help_ = "guard: round the others stops them when a condition fails; or need: any with a branch that succeeds"
+    problems.add("W170", lost[0].mark, what, help_)
