@@ -164,7 +164,7 @@ class Fleet:
             word=status.status,
             payload_kg=status.payload_kg,
             wind=_wind(status),
-            checks=with_site(status.checks, status.site, core.site_version) if agent.flies else status.checks,
+            checks=with_site(status.checks, status.site, core.site_message.version) if agent.flies else status.checks,
             heading_deg=status.heading_deg,
             speed_m_s=status.speed_m_s,
             floor=status.floor,

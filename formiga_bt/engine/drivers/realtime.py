@@ -214,7 +214,7 @@ class RealtimeDriver:
             TransportError: a wire cannot be opened.
         """
         self.switchboard.open(self._inbox.wake)
-        self.switchboard.publish_site(self.engine.core.site, self._epoch)
+        self.switchboard.publish_site(self.engine.core.site_message, self._epoch)
         self._inbox.put(self._first or inp.Started(self._epoch))
         self._thread = threading.Thread(target=self._run, name="formiga-engine", daemon=True)
         self._thread.start()

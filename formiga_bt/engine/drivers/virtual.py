@@ -48,13 +48,13 @@ class VirtualDriver:
         self._waits: list[inp.Input] | None = None
         """While the engine's process stands still: what it is fed when it goes on."""
         self.switchboard.open(lambda: None)
-        self.switchboard.publish_site(engine.core.site, engine.state.epoch)
+        self.switchboard.publish_site(engine.core.site_message, engine.state.epoch)
         self._publish_clock()
 
     def start(self, epoch: int = 1) -> None:
         """Give the engine its epoch."""
         self.feed(inp.Started(epoch))
-        self.switchboard.publish_site(self.engine.core.site, epoch)
+        self.switchboard.publish_site(self.engine.core.site_message, epoch)
         self._publish_clock()
 
     def _publish_clock(self) -> None:

@@ -8,8 +8,6 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.wires import missing
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.lang.model import Site
-from formiga_bt.safety.site_message import site_message
 from formiga_bt.transport import messages as msg
 from formiga_bt.transport.base import AgentTransport, Hearing, TellsSite
 
@@ -94,9 +92,9 @@ class Switchboard:
         hearing = self._hearing.get(id(self._of.get(agent)))
         return hearing.heard(agent) if hearing is not None else 0
 
-    def publish_site(self, site: Site, epoch: int) -> None:
+    def publish_site(self, message: msg.SiteMessage, epoch: int) -> None:
         """Tell the agents of all wires of the site."""
-        message = replace(site_message(site), engine_id=self._engine_id, epoch=epoch)
+        message = replace(message, engine_id=self._engine_id, epoch=epoch)
         for transport in self.transports:
             if isinstance(transport, TellsSite):
                 transport.publish_site(message)

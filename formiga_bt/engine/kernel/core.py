@@ -88,9 +88,9 @@ class Core:
         report: Callable[[News], None],
     ) -> None:
         self.report = report
-        self.site_version = site_message(site).version
-        """Of what agents are told of the site."""
         """Reports what concerns a part that is built later (`engine.news`)."""
+        self.site_message: Final = site_message(site, catalogue.types.values())
+        """What agents are told of the site."""
         self.site = site
         self.engine_id = ""
         """Which engine this is, as its driver was told; "": it has no name."""

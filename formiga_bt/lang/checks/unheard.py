@@ -1,11 +1,39 @@
 """W170: a branch of a `parallel` that can only fail: nobody notices it, or the whole can never succeed.
 
 It is written to stop the others, and does not: with `need: any` or a number the others go on, with `need: all` the parallel
-waits for this branch even when the others are done.
+waits for this branch even when the others are done. An endless loop that nothing in it can fail runs until the others end;
+that is well.
 """
 
+from typing import assert_never
+
 from formiga_bt.lang.checks.each_step import can_succeed
-from formiga_bt.lang.model import Parallel, Step
+from formiga_bt.lang.model import (
+    Ask,
+    BreakIf,
+    Call,
+    Check,
+    Do,
+    Fail,
+    Fallback,
+    For,
+    Guard,
+    If,
+    Loop,
+    Notify,
+    Parallel,
+    Release,
+    Request,
+    Sequence,
+    Set,
+    Step,
+    Switch,
+    Wait,
+    WaitFor,
+    WaitUntil,
+    WithAgents,
+    WithResource,
+)
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
 
@@ -19,8 +47,31 @@ def check_unheard(steps: tuple[Step, ...], problems: Problems) -> None:
             check_unheard(children(step), problems)
 
 
+def can_fail(step: Step) -> bool:
+    """Return whether a step may end by failing, its agents' and people's doing included."""
+    if step.ignore_failure:
+        return False
+    if step.timeout is not None and not isinstance(step, Set | Notify | BreakIf):
+        return True
+    match step:
+        case Do() | Check() | Fail() | Guard() | Request() | WithAgents() | WithResource() | WaitUntil() | WaitFor():
+            return True
+        case Ask():
+            return step.expect is not None
+        case Call():
+            return any(can_fail(child) for child in step.subtree.steps)
+        case Fallback():
+            return all(can_fail(child) or child.when is not None for child in step.steps)
+        case Sequence() | Parallel() | Loop() | For() | If() | Switch():
+            return any(can_fail(child) for child in children(step))
+        case Wait() | Set() | Notify() | BreakIf() | Release():
+            return False
+        case _:
+            assert_never(step)
+
+
 def _check(step: Parallel, problems: Problems) -> None:
-    lost = [child for child in step.steps if child.when is None and not can_succeed(child)]
+    lost = [child for child in step.steps if child.when is None and not can_succeed(child) and can_fail(child)]
     if not lost or len(lost) == len(step.steps):  # all of them fail: that is meant, or told as E043
         return
     need = {"all": len(step.steps), "any": 1}.get(str(step.need), step.need)

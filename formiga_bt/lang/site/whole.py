@@ -220,7 +220,8 @@ def _check_waiting(site: Site, written: Written, types: Iterable[AgentType], pro
         if port.waiting is None:
             continue
         at_home = {agent.type for agent in site.agents.values() if agent.home == name}
-        limit, _ = _highest(site, [one for one in known if one.name in at_home] or known)
+        mine = [one for one in known if one.name in at_home] or known  # at a free port any of them may have to wait
+        limit = min((ceiling("max_height", one, site.envelope, {})[0] for one in mine), default=float("inf"))
         below = site.heights.ground_m(port.waiting.east_m, port.waiting.north_m) if site.heights is not None else 0.0
         least = (below or 0.0) + site.relief_m + clearance
         what = f"the waiting point of '{name}' is at {_m(port.waiting.up_m)} over the base's ground"

@@ -124,6 +124,6 @@ def test_what_flies_is_granted_only_with_the_site_as_it_is_where_checks_are_requ
     made.run_for(5)
     assert made.task(task).status == "PENDING"
     assert made.record("hwd_1").checks[-1].ok is False
-    made.driver.switchboard.publish_site(made.engine.core.site, 1)
+    made.driver.switchboard.publish_site(made.engine.core.site_message, 1)
     made.run_for(5)
     assert made.task(task).status == "ACTIVE"

@@ -2,12 +2,14 @@
 
 from msgspec.structs import replace
 
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Region
-from formiga_bt.lang.model import Port, Site, Station
+from formiga_bt.lang.model import AgentType, Port, Site, Station
 from formiga_bt.safety.site_message import site_message, with_site
 from formiga_bt.transport.codec import decode_site, encode
 from formiga_bt.transport.messages import PreflightCheck, SitePoint
 
+MARK = Mark("", 1, 1)
 CORNERS = (Place(0.0, 0.0), Place(9.0, 0.0), Place(9.0, 9.0))
 SITE = Site(
     "hill", 66.5, 25.7, 120.0, fence=Region(CORNERS), no_fly=(Region(CORNERS),), no_go=(Region(CORNERS),),
@@ -24,6 +26,18 @@ def test_it_holds_what_an_agent_needs_to_act_by_itself() -> None:
     assert (told.transit_m, told.return_m) == ((60.0, 75.0), 75.0)
     assert (told.ports["p1"], told.stations["s1"].charges) == (SitePoint(1.0, 2.0), True)
     assert decode_site(encode(told)) == told
+
+
+def test_the_way_home_is_low_enough_for_each_type_that_flies() -> None:
+    def home(**limits: float) -> float | None:
+        types = [AgentType("hwd", MARK, mobility="air", limits={"max_height_m": 120.0})]
+        types += [AgentType(name, MARK, mobility="air", limits={"max_height_m": most}) for name, most in limits.items()]
+        return site_message(
+            SITE, [*types, AgentType("van", MARK, mobility="ground", limits={"max_height_m": 1.0})]
+        ).return_m
+
+    assert (home(), home(crane=75.0), home(crane=70.0)) == (75.0, 75.0, 60.0)
+    assert home(kite=50.0) == 60.0  # it may fly in none, and takes off for no task
 
 
 def test_equal_sites_have_one_version_and_each_change_makes_another() -> None:
