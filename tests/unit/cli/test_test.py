@@ -104,11 +104,11 @@ def test_a_folder_means_its_test_files(mine: Path, capsys: Capture, wording: Wor
     assert run(["test", str(mine.parent / "none.test.yaml")]) == 2
 
 
-def test_check_and_demo_pass_over_test_files(mine: Path, capsys: Capture) -> None:
+def test_check_takes_test_files_too(mine: Path, capsys: Capture) -> None:
     shutil.copy(TREES / "move_task.yaml", mine.parent)
 
     assert run(["check", str(mine.parent)]) == 0
-    assert "ok: 1 file" in capsys.readouterr().out
+    assert "ok: 2 files" in capsys.readouterr().out
 
 
 class TestProfiles:
