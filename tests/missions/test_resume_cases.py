@@ -705,7 +705,7 @@ def test_an_event_that_was_told_while_no_engine_was_there_is_told_to_the_next(aw
     flown.flight.run_for(5)
     flown.die()
     flown.away(1.0)
-    flown.flight.sim.agents["picker_1"].body.tell("sos")
+    flown.flight.sim.agents["picker_1"].body.tell("sos", {})
     flown.resume(away_s=away_s)
     settled(flown)
     flown.flight.run_for(5)

@@ -510,7 +510,7 @@ class World:
             case "battery" if self.drones[who].battery() > deed.much:
                 self.drones[who].set_battery(deed.much)
             case "event":
-                sim[who].body.tell(deed.how)
+                sim[who].body.tell(deed.how, {})
 
     def _disk(self, what: str) -> None:
         if what == "disk_slow":

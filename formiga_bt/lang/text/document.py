@@ -97,6 +97,8 @@ def parse(text: str, file: str, labels: Mapping[int, str] | None = None) -> tupl
         return _Builder(source, file, events, labels or {}).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
+        if "nesting depth" in said:  # the library's own limit: it reads ahead, and may meet it before `MAX_DEPTH` is counted
+            return None, [_refuse_depth(Mark(file, line, col))]
         colon = missing_colon(lines_of(source), file, line, said, _reads)
         return None, [colon or explain(source, file, line, col, said)]
     except _Slip as slip:
@@ -159,6 +161,10 @@ def _refuse(mark: Mark, message: str, mend: str) -> Diagnostic:
     return Diagnostic("E003", mark, message, mend)
 
 
+def _refuse_depth(mark: Mark) -> Diagnostic:
+    return _refuse(mark, "nested more than 64 levels deep", "move inner steps into a subtree")
+
+
 def _first_refusal(source: str, events: Iterator[Any], file: str) -> Diagnostic | None:
     """Walk the events without building anything; return the first construct that the language does not have."""
     depth = nodes = documents = 0
@@ -190,7 +196,7 @@ def _first_refusal(source: str, events: Iterator[Any], file: str) -> Diagnostic 
         if isinstance(event, (yaml.CollectionStartEvent, yaml.CollectionEndEvent)):
             depth += 1 if isinstance(event, yaml.CollectionStartEvent) else -1
             if depth > MAX_DEPTH:
-                return _refuse(_mark(event, file), "nested more than 64 levels deep", "move inner steps into a subtree")
+                return _refuse_depth(_mark(event, file))
     return None
 
 
