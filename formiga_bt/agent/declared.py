@@ -69,8 +69,11 @@ def action(method: Any = None, /, *, cancelable: bool = True, live: Sequence[str
     return mark(method) if method is not None else mark
 
 
-def event(method: _F) -> _F:
-    """Make a method an event: calling it publishes the event with its arguments. Its body is not run."""
+def event(method: Callable[..., None]) -> Callable[..., None]:
+    """Make a method an event: calling it publishes the event with its arguments. Its body is not run.
+
+    A call may also name files (`attachments`), whatever the method's parameters are.
+    """
     setattr(method, _EVENT, True)
     return method
 

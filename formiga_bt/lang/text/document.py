@@ -97,7 +97,9 @@ def parse(text: str, file: str, labels: Mapping[int, str] | None = None) -> tupl
         return _Builder(source, file, events, labels or {}).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
-        if "nesting depth" in said:  # the library's own limit: it reads ahead, and may meet it before `MAX_DEPTH` is counted
+        if (
+            "nesting depth" in said
+        ):  # the library's own limit: it reads ahead, and may meet it before `MAX_DEPTH` is counted
             return None, [_refuse_depth(Mark(file, line, col))]
         colon = missing_colon(lines_of(source), file, line, said, _reads)
         return None, [colon or explain(source, file, line, col, said)]

@@ -286,7 +286,8 @@ class TestWhatACaseSays:
 
 
 def goals(*names: str) -> list[SentGoal]:
-    return [SentGoal("hwd_1", *name.split("."), Mark("t.yaml", i + 1, 1)) for i, name in enumerate(names)]
+    parts = (name.split(".") for name in names)
+    return [SentGoal("hwd_1", role, action, Mark("t.yaml", i + 1, 1)) for i, (role, action) in enumerate(parts)]
 
 
 class TestActions:
