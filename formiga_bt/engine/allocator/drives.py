@@ -2,7 +2,7 @@
 
 A machine with a goal on its way counts as being at the node that it was granted: it comes there whatever others do. One that
 stands where it may stay, and wants nothing, is in the way like one that is lost: nobody counts on its leaving. Reads the core;
-keeps nothing.
+keeps what it made of records that are the same still, and the last safe order.
 """
 
 from collections.abc import Mapping
@@ -12,6 +12,7 @@ from typing import Final
 from formiga_bt.base.geo import way_gap_m
 from formiga_bt.base.routes import Entry, RouteGraph
 from formiga_bt.engine.allocator.safe_order import Job, Way
+from formiga_bt.engine.allocator.witness import Held, Witness
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 
@@ -27,6 +28,10 @@ class Drives:
 
     def __init__(self, core: Core) -> None:
         self._core = core
+        self._placed = any(one.region is not None for one in core.site.resources.values())
+        """Some resource lies on the ways: what a machine needs depends on what its task has."""
+        self._witness = Witness(core.route_graph) if core.route_graph is not None else None
+        self._known: dict[str, tuple[AgentRecord, GoalRecord | None, Held]] = {}
 
     @staticmethod
     def job_id(agent: str) -> str:
@@ -38,19 +43,53 @@ class Drives:
         graph, core = self._core.route_graph, self._core
         if graph is None:
             return []
-        found: list[Job] = []
-        goals = core.index.driving
-        for agent_id in core.index.on_route.members():
-            agent = core.state.agents[agent_id]
-            if moved is not None and agent_id == moved[0]:
-                continue
-            goal = core.state.goals[goals[agent_id]] if agent_id in goals else None
-            job = self._job(agent, goal, graph)
-            if job is not None:
-                found.append(job)
+        found = [
+            one.job
+            for name in core.index.on_route.members()
+            if (one := self._machine(name, graph)).job is not None and (moved is None or name != moved[0])
+        ]
         if moved is not None and moved[1] != moved[2]:
             found.append(self._moved(core.state.agents[moved[0]], moved, graph))
         return found
+
+    def held_up_by_way(self, agent: AgentRecord, node: str, to: str) -> str | None:
+        """Return the machine that could not come to its end any more if another one drove on; "" = all can.
+
+        None: it must be looked for in full (`safe_order`), as others than drives matter, or some cannot end as it is.
+        """
+        if self._witness is None or self._placed:
+            return None
+        then = self._witness.all_end(self._machines((agent.id, node, to)))
+        if not then.waits or self.leaves_at_once(agent, node, to):
+            return ""
+        if not then.is_sure or self._witness.all_end(self._machines(None)).waits:
+            return None
+        return then.waits
+
+    def _machines(self, moved: Moved | None) -> list[Held]:
+        graph, core, witness = self._core.route_graph, self._core, self._witness
+        assert graph is not None
+        assert witness is not None
+        mine = moved[0] if moved is not None else ""
+        found = [self._machine(name, graph) for name in core.index.on_route.members() if name != mine]
+        if moved is not None:
+            job = self._moved(core.state.agents[mine], moved, graph) if moved[1] != moved[2] else None
+            found.append(Held(witness.ways.bit[moved[1]], job))
+        return found
+
+    def _machine(self, agent_id: str, graph: RouteGraph) -> Held:
+        """Return a machine on the routes; of records that are the same still, what it was before."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        goal_id = core.index.driving.get(agent_id)
+        goal = core.state.goals[goal_id] if goal_id is not None else None
+        known = self._known.get(agent_id)
+        if known is not None and known[0] is agent and known[1] is goal and not self._placed:
+            return known[2]
+        assert self._witness is not None
+        made = Held(self._witness.ways.mask(self._held(agent, goal)), self._job(agent, goal, graph))
+        self._known[agent_id] = agent, goal, made
+        return made
 
     def take(self, free: dict[str, int], moved: Moved | None) -> None:
         """Note in `free` which nodes and edges are, and which machines take up."""

@@ -57,6 +57,9 @@ class Holders:
             node: the next node of its way.
             to: where its way ends.
         """
+        known = None if self._some_hold() else self._drives.held_up_by_way(agent, node, to)
+        if known is not None:
+            return known
         if self._drives.leaves_at_once(agent, node, to):
             return ""
         moved = agent.id, node, to
@@ -73,10 +76,12 @@ class Holders:
 
     def _with_drives(self, moved: Moved | None) -> list[Job]:
         """Return the jobs that a drive depends on: those of tasks only if any holds a resource."""
+        return self._jobs({}, moved) if self._some_hold() else self._drives.jobs(moved)
+
+    def _some_hold(self) -> bool:
+        """Return whether any task holds a resource."""
         tasks = self._core.state.tasks
-        if any(tasks[one].resources.claims for one in self._core.open):
-            return self._jobs({}, moved)
-        return self._drives.jobs(moved)
+        return bool(self._core.site.resources) and any(tasks[one].resources.claims for one in self._core.open)
 
     def held_up_by_machines(
         self, requests: Mapping[str, AgentRequest], grants: Iterable[tuple[str, Roles]]

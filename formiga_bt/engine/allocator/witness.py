@@ -1,0 +1,135 @@
+"""The safe order of machines on the routes, kept from one look to the next: a witness that all come to their ends.
+
+`safe_order` looks for an order anew each time. Between two looks one machine has moved by one node: the order of before is
+nearly always one still. So it is tried first, job by job, and only who cannot end at its place in it is looked at again, once
+something that was in its way is free. An order that was found so is one by the same rule, and no order is trusted unseen.
+"""
+
+from collections.abc import Iterable
+
+from msgspec import Struct
+
+from formiga_bt.base.routes import RouteGraph
+from formiga_bt.base.ways import Ways
+from formiga_bt.engine.allocator.safe_order import Job, Way
+
+
+class Held(Struct, frozen=True):
+    """A machine on the routes: what it takes up, and its job, if it is to go anywhere."""
+
+    parts: int
+    """As bits of `Ways`."""
+    job: Job | None = None
+
+
+class Answer(Struct, frozen=True):
+    """Whether all that are on their way can come to their ends."""
+
+    waits: str = ""
+    """A machine that cannot; "" = all can."""
+    is_sure: bool = True
+    """No other order would do. One may where ends are shared, lie on the way of others, or are any."""
+
+
+class _Run(Struct):
+    """An order in the making."""
+
+    free: int
+    doubled: int
+    """What two machines take up: it is free for nobody when one of them has gone."""
+    left: dict[str, tuple[Job, Way, int]]
+    must: set[str]
+    """Those of them that must end; others stand where they may stay."""
+    wanted: dict[str, int]
+    """End -> how many of these are to come to it."""
+    blocked: dict[str, int]
+    order: list[str]
+
+
+class Witness:
+    """An order in which all machines came to where they are to go when it was last looked for."""
+
+    def __init__(self, graph: RouteGraph) -> None:
+        self._graph = graph
+        self.ways = Ways(graph)
+        self._order: list[str] = []
+
+    def all_end(self, machines: Iterable[Held]) -> Answer:
+        """Return whether all machines that are on their way can come to their ends, one after the other.
+
+        Args:
+            machines: all that take up parts of the routes.
+        """
+        run = self._begin(machines)
+        ends = [way.to for _, way, _ in run.left.values()]
+        for job_id in self._order:
+            if not run.must:
+                break
+            if job_id in run.left:
+                self._end(run, job_id, in_the_way=True)
+        while run.must:
+            if not (self._end_more(run, run.must) or self._end_more(run, self._in_their_way(run))):
+                if not (self._end_more(run, run.left) or self._end_more(run, run.left, in_the_way=True)):
+                    waits = next(job.task for name, (job, _, _) in run.left.items() if name in run.must)
+                    return Answer(waits, len(set(ends)) == len(ends) and all(map(self._is_last, ends)))
+        self._order = run.order
+        return Answer()
+
+    def _is_last(self, end: str) -> bool:
+        """Return whether no way leads on from an end by another edge than the one that came there."""
+        return bool(end) and len(self._graph.edges_at(end)) < 2
+
+    def _begin(self, machines: Iterable[Held]) -> _Run:
+        taken = doubled = 0
+        left: dict[str, tuple[Job, Way, int]] = {}
+        must: set[str] = set()
+        wanted: dict[str, int] = {}
+        for one in machines:
+            doubled |= taken & one.parts
+            taken |= one.parts
+            job = one.job
+            if job is not None and job.way is not None:
+                left[job.id] = (job, job.way, one.parts)
+                if not job.may_stay:
+                    must.add(job.id)
+                    wanted[job.way.to] = wanted.get(job.way.to, 0) + 1
+        return _Run(self.ways.all & ~taken, doubled, left, must, wanted, {}, [])
+
+    @staticmethod
+    def _in_their_way(run: _Run) -> list[str]:
+        blocked = 0
+        for name in run.must:
+            blocked |= run.blocked.get(name, 0)
+        return [name for name, (_, _, parts) in run.left.items() if parts & blocked]
+
+    def _end_more(self, run: _Run, names: Iterable[str], *, in_the_way: bool = False) -> bool:
+        """End those that can; or, of those that would then stand in the way of others, one. Return whether any did."""
+        went_on = False
+        wanted = frozenset(names)
+        for name in [one for one in run.left if one in wanted]:
+            if self._end(run, name, in_the_way=in_the_way):
+                went_on = True
+                if in_the_way:
+                    return True
+        return went_on
+
+    def _end(self, run: _Run, name: str, *, in_the_way: bool) -> bool:
+        job, way, parts = run.left[name]
+        if job.may_stay and run.wanted.get(way.to):
+            return False  # it can wait where it is until who is on the way there has come
+        blocked = run.blocked.get(name, 0)
+        if blocked and not blocked & run.free:
+            return False
+        found = self.ways.find(way.entries, way.to, run.free | parts)
+        if not found.end:
+            run.blocked[name] = found.blocked
+            return False
+        if not in_the_way and not self._graph.is_aside(found.end):
+            return False
+        run.free = (run.free | (parts & ~run.doubled)) & ~self.ways.bit[found.end]
+        run.order.append(name)
+        del run.left[name]
+        if not job.may_stay:
+            run.must.discard(name)
+            run.wanted[way.to] -= 1
+        return True
