@@ -28,7 +28,7 @@ class Answer(Struct, frozen=True):
     waits: str = ""
     """A machine that cannot; "" = all can."""
     is_sure: bool = True
-    """No other order would do. One may where ends are shared, lie on the way of others, or are any."""
+    """No other order would do. One may if an end is in the way now that a machine need not have driven to first."""
 
 
 class _Run(Struct):
@@ -44,6 +44,8 @@ class _Run(Struct):
     """End -> how many of these are to come to it."""
     blocked: dict[str, int]
     order: list[str]
+    chosen: int = 0
+    """Ends that machines came to in this order and, so far as they matter to others, need not have in another one."""
 
 
 class Witness:
@@ -61,23 +63,35 @@ class Witness:
             machines: all that take up parts of the routes.
         """
         run = self._begin(machines)
-        ends = [way.to for _, way, _ in run.left.values()]
         for job_id in self._order:
             if not run.must:
                 break
             if job_id in run.left:
                 self._end(run, job_id, in_the_way=True)
         while run.must:
-            if not (self._end_more(run, run.must) or self._end_more(run, self._in_their_way(run))):
-                if not (self._end_more(run, run.left) or self._end_more(run, run.left, in_the_way=True)):
-                    waits = next(job.task for name, (job, _, _) in run.left.items() if name in run.must)
-                    return Answer(waits, len(set(ends)) == len(ends) and all(map(self._is_last, ends)))
+            went_on = (
+                self._end_more(run, run.must)
+                or self._end_more(run, self._near(run))
+                or self._end_more(run, run.left)
+                or self._end_more(run, run.left, in_the_way=True)
+            )
+            if not went_on:
+                waits = next(job.task for name, (job, _, _) in run.left.items() if name in run.must)
+                return Answer(waits, not run.chosen & self._in_the_way(run))
         self._order = run.order
         return Answer()
 
-    def _is_last(self, end: str) -> bool:
-        """Return whether no way leads on from an end by another edge than the one that came there."""
-        return bool(end) and len(self._graph.edges_at(end)) < 2
+    @staticmethod
+    def _in_the_way(run: _Run) -> int:
+        """Return all that keeps those from ending that must: what is in their way, and in the way of whoever holds that."""
+        found, names = 0, set(run.must)
+        while True:
+            for name in names:
+                found |= run.blocked.get(name, 0)
+            more = {name for name, (_, _, parts) in run.left.items() if parts & found} - names
+            if not more:
+                return found
+            names |= more
 
     def _begin(self, machines: Iterable[Held]) -> _Run:
         taken = doubled = 0
@@ -96,7 +110,8 @@ class Witness:
         return _Run(self.ways.all & ~taken, doubled, left, must, wanted, {}, [])
 
     @staticmethod
-    def _in_their_way(run: _Run) -> list[str]:
+    def _near(run: _Run) -> list[str]:
+        """Return those that take up something on the way of who must end."""
         blocked = 0
         for name in run.must:
             blocked |= run.blocked.get(name, 0)
@@ -127,6 +142,8 @@ class Witness:
         if not in_the_way and not self._graph.is_aside(found.end):
             return False
         run.free = (run.free | (parts & ~run.doubled)) & ~self.ways.bit[found.end]
+        if job.may_stay or not way.to or len(self._graph.edges_at(found.end)) > 1:
+            run.chosen |= self.ways.bit[found.end]
         run.order.append(name)
         del run.left[name]
         if not job.may_stay:
