@@ -93,7 +93,7 @@ def tried(hall: Hall, moved: tuple[str, str] | None) -> bool:
 
 @pytest.mark.parametrize("seed", range(150))
 def test_kept_order_says_what_the_full_check_says(seed: int) -> None:
-    """Machines drive on as the kept order allows; each look is made anew, too, and where the two differ all orders are tried."""
+    """Machines drive on as the kept order allows; each look is made anew, too; if they differ, all orders are tried."""
     hall = Hall(seed)
     for _ in range(40):
         one = hall.draw.choice(list(hall.at))
