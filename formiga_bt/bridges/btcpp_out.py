@@ -83,7 +83,7 @@ class _Exporter:
     def _names(self, sections: Sequence[Sequence[Step]], own: Sequence[str], agents: Sequence[str]) -> ScriptNames:
         steps = [step for section in sections for step in below(section)]
         records = {step.save_as for step in steps if isinstance(step, model.Do | model.Ask) and step.save_as}
-        loops = {name for step in steps if isinstance(step, model.For) for name in (*step.lists, step.collect)}
+        loops = {name for step in steps if isinstance(step, model.For) for name in (*step.lists, step.gives)}
         saved = {step.save_as for step in steps if isinstance(step, model.Call | model.WaitFor)}
         return ScriptNames(frozenset(records), frozenset(agents), frozenset({*own, *records, *loops, *saved}))
 

@@ -404,9 +404,10 @@ class StepReader(LeafReader):
         for key in ("mode", "max_parallel", "need", "on_child_failure"):
             if element.get(key):
                 step[key] = element.get(key)
-        if element.get("collect"):
-            step["collect"] = self.scope.pointer(element.get("collect"))
-            self.scope.known.add(step["collect"])
+        for key in ("collect", "first"):
+            if element.get(key):
+                step[key] = self.scope.pointer(element.get(key))
+                self.scope.known.add(step[key])
         return step | {"steps": [s for child in element.children for s in self.body(child)]}
 
     def _node_finally(self, element: XmlElement) -> Step:

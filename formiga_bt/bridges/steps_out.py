@@ -406,6 +406,8 @@ class StepWriter:
         }
         if step.collect:
             outputs["collect"] = "{" + step.collect + "}"
+        if step.first:
+            outputs["first"] = "{" + step.first + "}"
         node = self.shared.own("ForEach", inputs, outputs)
         node.children.append(self.body(step.steps))
         return node

@@ -193,7 +193,7 @@ OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
             OwnNode(
                 "ForEach",
                 "Decorator",
-                _ins("mode", "max_parallel", "need", "on_child_failure", "collect"),
+                _ins("mode", "max_parallel", "need", "on_child_failure", "collect", "first"),
                 "A round of the child for each item of lists of equal lengths.",
             ),
             OwnNode("WithAgents", "Decorator", {}, "Claim more agents, run the child, give them back."),

@@ -133,7 +133,7 @@ def _about_value(view: PositionView) -> str:
         return about_type(view.catalogue.types[word])
     if name == "actions" and word in view.catalogue.actions:
         return about_action(view.catalogue.actions[word])
-    if name in ("release", "role", "save_as", "collect") or (option is not None and option.form == "roles"):
+    if name in ("release", "role", "save_as", "collect", "first") or (option is not None and option.form == "roles"):
         return _about_name(view, word)
     due = view.due()
     if due is not None and option is None:

@@ -30,7 +30,7 @@ SUBTREES: Final = "#subtrees"
 """The space of the names of subtrees; any other space is a body: "" = the task, else the subtree of that name."""
 
 _ORIGINS: Final[Mapping[str, str]] = {"params": "param", "vars": "var", "agents": "role", "for": "loop name"}
-_SAVES: Final = ("save_as", "collect")
+_SAVES: Final = ("save_as", "collect", "first")
 _NAMED_AGENTS: Final = (("release", "release"), ("clears", "role"))
 _ROLE: Final = re.compile(r"\s*([A-Za-z]\w*)")
 

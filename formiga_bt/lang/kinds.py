@@ -211,6 +211,7 @@ _KINDS: Final = (
             Option("need", "value", "How many must succeed (all)."),
             _CHILD_FAILURE,
             Option("collect", "name", "Gather this saved name of the body as a list."),
+            Option("first", "name", "End with the first item that saves this name, and keep it."),
         ),
     ),
     StepKind("break_if", "cond", "Leave the nearest loop with success."),

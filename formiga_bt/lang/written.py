@@ -24,7 +24,7 @@ def saves(node: Node) -> Iterator[Scalar]:
             yield from saves(item)
     elif isinstance(node, Mapping_):
         for entry in node.entries:
-            if entry.key.text in ("save_as", "collect") and isinstance(entry.value, Scalar):
+            if entry.key.text in ("save_as", "collect", "first") and isinstance(entry.value, Scalar):
                 yield entry.value
             elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
                 for case in entry.value.entries:

@@ -82,15 +82,19 @@ class Gathering(Node, composites.Parallel):
         for index, state in enumerate(self.states):
             if state != WAITS:
                 continue
-            if self.at_once is not None and self.states.count(RUNS) >= self.at_once:
-                break
-            if self.at_once is not None and self.cancels and self._out_of_reach():
+            if not self.may_start():
                 break
             self.opened(run, index)
             self.states[index] = RUNS
             if self._child(index).enter(run, self.place(index), self.scope_of(index)) is not RUNNING:
                 self._count(run, index)
         return self._decide(run)
+
+    def may_start(self) -> bool:
+        """Return whether a child that waits may start now."""
+        if self.at_once is None:
+            return True
+        return self.states.count(RUNS) < self.at_once and not (self.cancels and self.out_of_reach())
 
     def _count(self, run: Run, index: int) -> None:
         child = self._child(index)
@@ -101,7 +105,8 @@ class Gathering(Node, composites.Parallel):
             self.states[index] = SKIPPED if child.skipped else DONE
         self.ended(run, index)
 
-    def _reached(self) -> bool:
+    def reached(self) -> bool:
+        """Return whether it succeeds now."""
         done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
         if self.need == "all":
             return left == 0 and FAILED not in self.states
@@ -109,7 +114,8 @@ class Gathering(Node, composites.Parallel):
             return False
         return done >= (1 if self.need == "any" else int(self.need))
 
-    def _out_of_reach(self) -> bool:
+    def out_of_reach(self) -> bool:
+        """Return whether it can no longer succeed."""
         done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
         if self.need == "all":
             return FAILED in self.states
@@ -117,15 +123,18 @@ class Gathering(Node, composites.Parallel):
 
     def _decide(self, run: Run) -> Status:
         left = self.states.count(RUNS) + self.states.count(WAITS)
-        if self._reached():
+        if self.reached():
             return self._stop_rest(run, None)
-        if self._out_of_reach() and (self.cancels or left == 0):
-            if all(state == SKIPPED for state in self.states):
-                return self._stop_rest(run, None)
-            few = Failure("nothing_applied", f"fewer than {self.need} succeeded", self.path)
-            return self._stop_rest(run, self.first or few)
+        if self.out_of_reach() and (self.cancels or left == 0):
+            return self._stop_rest(run, self.first or self.lacking())
         self._remember(run)
         return RUNNING
+
+    def lacking(self) -> Failure | None:
+        """Return why it fails though no child did; None if all were skipped, and so is it."""
+        if all(state == SKIPPED for state in self.states):
+            return None
+        return Failure("nothing_applied", f"fewer than {self.need} succeeded", self.path)
 
     def _stop_rest(self, run: Run, failure: Failure | None) -> Status:
         goals: list[End] = []
@@ -251,9 +260,9 @@ class ForParallelNode(OverItems, Gathering):
         if items is None:
             return FAILURE
         self.keep_items(run, items)
-        self.collected = [None] * len(items) if self.step.collect else []
-        if self.step.collect and run.env(self.scope).is_set(self.step.collect):
-            run.set_var(self.scope, self.step.collect, None)  # the list of an earlier run of this loop
+        self.collected = [None] * len(items) if self.step.gives else []
+        if self.step.gives and run.env(self.scope).is_set(self.step.gives):
+            run.set_var(self.scope, self.step.gives, None)  # of an earlier run of this loop
         self._grow()
         return self.begin(run)
 
@@ -264,19 +273,47 @@ class ForParallelNode(OverItems, Gathering):
         """Open the item's scope with its loop names."""
         run.open_scope(self.scope_of(index), {**self.items[index], "..": self.scope})
 
+    def may_start(self) -> bool:
+        """Return whether an item that waits may start now: none does once `first` has its value."""
+        return super().may_start() and not (self.step.first and self._found())
+
+    def reached(self) -> bool:
+        """Return whether it succeeds now: with `first` as soon as an item has saved that name, or if there is no item."""
+        if not self.step.first:
+            return super().reached()
+        return bool(self._found()) or not self.states
+
+    def out_of_reach(self) -> bool:
+        """Return whether it can no longer succeed: with `first` when no item is left."""
+        if not self.step.first:
+            return super().out_of_reach()
+        return RUNS not in self.states and WAITS not in self.states
+
+    def lacking(self) -> Failure | None:
+        """Return why it fails though no item did."""
+        if not self.step.first:
+            return super().lacking()
+        return Failure("nothing_applied", f"no item saved '{self.step.first}'", self.path)
+
+    def _found(self) -> tuple[Any, ...]:
+        """Return what the items have saved under the name to gather, in the order of the loop."""
+        return tuple(value for value in self.collected if value is not None)
+
     def ended(self, run: Run, index: int) -> None:
-        """Take what the item saved under the name to collect; forget its scope."""
-        name = self.step.collect
+        """Take what the item saved under the name to gather; forget its scope."""
+        name = self.step.gives
         if name and self.states[index] == DONE:
             env = run.env(self.scope_of(index))
             self.collected[index] = env.name(name) if env.is_set(name) else None
         run.close_scope(self.scope_of(index))
 
     def succeeded(self, run: Run) -> None:
-        """Hand the collected list over."""
+        """Hand over what was gathered; of items that ended in one visit the first in the order of the loop wins."""
+        found = self._found()
         if self.step.collect:
-            found = tuple(value for value in self.collected if value is not None)
             run.set_var(self.scope, self.step.collect, found)
+        elif self.step.first and found:
+            run.set_var(self.scope, self.step.first, found[0])
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on where it was."""

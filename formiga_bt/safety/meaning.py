@@ -26,7 +26,7 @@ from formiga_bt.lang.types import Type
 _WORD: Final = re.compile(r"(?<![\w.'])[A-Za-z_]\w*")
 _HOLE: Final = re.compile(r"\$\{[^}]*\}")
 _SILENT: Final = frozenset({"mark", "seg", "name", "note", "said_mode", "actions", "room", "label", "help", "aliases"})
-_NAMES: Final = ("save_as", "collect")
+_NAMES: Final = ("save_as", "collect", "first")
 
 
 def meaning(task: Task) -> str:

@@ -603,7 +603,7 @@ class NaiveTrees:
                 return failed(at, "zip_length", f"{told} items")
             length = len(next(iter(lists.values())))
             mem["items"] = [{name: lists[name][i] for name in lists} for i in range(length)]
-            self._unset(at, step.collect)  # what an earlier run of this loop gathered
+            self._unset(at, step.collect or step.first)  # what an earlier run of this loop gathered
             if step.parallel:
                 mem.update(branches=["waits"] * length, first=None, gathered={})
             else:
@@ -622,11 +622,19 @@ class NaiveTrees:
         for index, state in enumerate(branches):
             full = most is not None and branches.count("runs") >= most
             lost = most is not None and step.on_child_failure == "cancel" and self._lost(step, branches)
-            if state == "waits" and not full and not lost:
+            won = isinstance(step, model.For) and bool(step.first) and bool(mem["gathered"])
+            if state == "waits" and not full and not lost and not won:
                 branches[index] = "runs"
                 self._visit_branch(at, mem, index)
         left = branches.count("runs") + branches.count("waits")
-        if self._won(step, branches):
+        if isinstance(step, model.For) and step.first:
+            if branches and not mem["gathered"] and left:
+                return None
+            nothing = failed(at, "nothing_applied", f"no item saved '{step.first}'")
+            mem["decided"] = (
+                Done() if mem["gathered"] or not branches else Done(mem["first"]) if mem["first"] else nothing
+            )
+        elif self._won(step, branches):
             mem["decided"] = Done(skipped=bool(branches) and all(state == "skipped" for state in branches))
         elif self._lost(step, branches) and (left == 0 or step.on_child_failure == "cancel"):
             few = failed(at, "nothing_applied", f"fewer than {step.need} succeeded")
@@ -654,7 +662,11 @@ class NaiveTrees:
 
     def _end_of_branches(self, at: At, mem: dict[str, Any]) -> Done | None:
         done = self._drained(at, mem)
-        if done is not None and done.failure is None and isinstance(at.step, model.For) and at.step.collect:
+        if done is None or done.failure is not None or not isinstance(at.step, model.For):
+            return done
+        if at.step.first and mem["gathered"]:
+            self.host.set_var(at.scope, at.step.first, mem["gathered"][min(mem["gathered"])])
+        if at.step.collect:
             self.host.set_var(at.scope, at.step.collect, tuple(mem["gathered"][i] for i in sorted(mem["gathered"])))
         return done
 
@@ -687,8 +699,9 @@ class NaiveTrees:
             del self.mem[key]
             self.moved = True
             env = self.host.env(key)
-            if at.step.collect and mem["branches"][index] == "done" and env.is_set(at.step.collect):
-                mem["gathered"][index] = env.name(at.step.collect)
+            name = at.step.collect or at.step.first
+            if name and mem["branches"][index] == "done" and env.is_set(name):
+                mem["gathered"][index] = env.name(name)
             self.host.close_scope(key)
 
     def _stop_branches(self, at: At, mem: dict[str, Any]) -> list[End]:

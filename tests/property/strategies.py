@@ -413,7 +413,11 @@ class Writer:
             step.pop("on_child_failure", None)
         if saved and self.chance(70):
             name = self.pick(*saved)
-            step["collect"] = f"s{name}"
+            if at_once and self.chance(50):
+                step = {key: value for key, value in step.items() if key not in ("need", "on_child_failure")}
+                step["first"] = f"s{name}"
+            else:
+                step["collect"] = f"s{name}"
             self.gone.discard(name)
         return step
 

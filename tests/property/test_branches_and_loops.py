@@ -424,6 +424,47 @@ CASES: dict[str, Case] = {
             {"do": "cart.Move", "save_as": "got"}]}, say("${got[0].n} ${got[1].n}")],
         {"c1": [Deed(after=3.0, n=1)], "c2": [Deed(n=2)]}, [], "SUCCEEDED", "", ["4 =1 2"],
     ),
+    "for in parallel: first ends with the item that saves the name first, and waits for the others to stop": (
+        [{"for": {"cart": "${[one, two]}"}, "mode": "parallel", "first": "got", "steps": [
+            {"do": "cart.Move", "save_as": "got"}, say("done")]}, say("${got.n}")],
+        {"c1": [SLOW], "c2": [Deed(n=2)]}, [], "SUCCEEDED", "", ["2 done", "4 =2"],
+    ),
+    "for in parallel: of two that save it at one moment, first takes the one that stands before": (
+        [{"for": {"cart": "${[one, two]}"}, "mode": "parallel", "first": "got", "steps": [
+            {"do": "cart.Move", "save_as": "got"}]}, say("${got.n}")],
+        {"c1": [Deed(n=1)], "c2": [Deed(n=2)]}, [], "SUCCEEDED", "", ["2 =1"],
+    ),
+    "for in parallel: an item that ends well without the name goes on to nothing, one that fails after saving does not win": (
+        [{"for": {"cart": "${[one, two]}", "i": "${[1, 2]}"}, "mode": "parallel", "first": "got", "steps": [
+            {"do": "cart.Move", "save_as": "got", "expect": "result.n == 2"}]}, say("${got.n}")],
+        {"c1": [Deed(n=1)], "c2": [Deed(after=3.0, n=2)]}, [], "SUCCEEDED", "", ["4 =2"],
+    ),
+    "for in parallel: first starts no further item once it has the name": (
+        [{"for": {"i": "${[1, 2, 3]}"}, "mode": "parallel", "max_parallel": 1, "first": "got", "steps": [
+            say("${i}"), {"do": "one.Move", "save_as": "got", "when": "i == 2"}, {"wait": "1 s"}]}, say("${got.n}")],
+        {"c1": [Deed(n=7)]}, [], "SUCCEEDED", "", ["1 =1", "2 =2", "4 =7"],
+    ),
+    "for in parallel: first fails when every item ended without the name": (
+        [{"for": {"i": "${[1, 2]}", "cart": "${[one, two]}"}, "mode": "parallel", "first": "got", "steps": [
+            {"do": "cart.Move", "save_as": "got", "when": "n == 7"}, say("${i}"), {"wait": "1 s"}]}, say("${got.n}")],
+        {}, [], "FAILED", "nothing_applied", ["1 =1", "1 =2"],
+    ),
+    "for in parallel: first fails with the first failure, and when all were skipped": (
+        [{"fallback": [
+            {"for": {"cart": "${[one, two]}"}, "mode": "parallel", "first": "got", "steps": [
+                {"do": "cart.Move", "save_as": "got", "when": "n == 7"}]},
+            say("${error.code}")]},
+         {"for": {"i": "${[1, 2]}", "cart": "${[one, two]}"}, "mode": "parallel", "first": "had", "steps": [
+            {"check": "i == 2"}, {"do": "cart.Move", "save_as": "had", "when": "n == 7"}]}],
+        {}, [], "FAILED", "check", ["1 =nothing_applied"],
+    ),
+    "for in parallel: first of no items is a success without the name, also where an earlier run had it": (
+        [{"for": {"k": "${[1, 0]}"}, "steps": [
+            {"for": {"i": "${range(k)}"}, "mode": "parallel", "max_parallel": 1, "first": "got", "steps": [
+                {"do": "one.Move", "save_as": "got"}]},
+            {"if": "is_set(got)", "then": [say("${got.n}")], "else": [say("none")]}]}],
+        {"c1": [Deed(n=1)]}, [], "SUCCEEDED", "", ["2 =1", "2 none"],
+    ),
     "for: collect starts afresh when the loop runs again": (
         [{"repeat": 2, "steps": [
             {"for": {"i": "${[1, 2]}"}, "collect": "got", "steps": [

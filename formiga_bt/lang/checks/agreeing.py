@@ -160,8 +160,8 @@ def _saved_once(steps: Sequence[Step]) -> Iterator[str]:
     for step in steps:
         if step.retry is not None:
             continue
-        if isinstance(step, For) and step.collect:
-            yield step.collect
+        if isinstance(step, For) and step.gives:
+            yield step.gives
         if isinstance(step, Loop | For):
             continue
         name = getattr(step, "save_as", "")

@@ -222,7 +222,7 @@ class _Walk:
             end = dict(at)
             spent = self.steps(step.steps, {k: v for k, v in names.items() if k not in lists}, inner, end)
             at.clear()
-            sure = all(agents[name] for name in lists) and step.need == "all" and not _leaves(step.steps)
+            sure = all(agents[name] for name in lists) and step.needs_all and not _leaves(step.steps)
             return spent if sure else Sum()
         total = Sum()
         rounds = list(zip(*(value for value in lists.values()), strict=False))
@@ -232,7 +232,7 @@ class _Walk:
                 total = of_branches([total, one], max)
             else:
                 total.add(one)
-        return total if step.need == "all" and not _leaves(step.steps) else Sum()
+        return total if step.needs_all and not _leaves(step.steps) else Sum()
 
     def call(self, step: Call, names: Names, who: Mapping[str, str], at: Where) -> Sum:
         """Return what a called subtree takes."""

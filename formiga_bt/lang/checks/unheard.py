@@ -62,6 +62,8 @@ def can_fail(step: Step) -> bool:
             return any(can_fail(child) for child in step.subtree.steps)
         case Fallback():
             return all(can_fail(child) or child.when is not None for child in step.steps)
+        case For() if step.first:
+            return True
         case Sequence() | Parallel() | Loop() | For() | If() | Switch():
             return any(can_fail(child) for child in children(step))
         case Wait() | Set() | Notify() | BreakIf() | Release():

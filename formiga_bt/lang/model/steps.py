@@ -220,6 +220,18 @@ class For(StepBase, frozen=True, kw_only=True):
     need: int | Literal["all"] = "all"
     on_child_failure: Literal["finish", "cancel"] = "finish"
     collect: str = ""
+    first: str = ""
+    """The name that an item saves to win: the others are stopped then, and the loop ends well with that value."""
+
+    @property
+    def gives(self) -> str:
+        """Return the name that has a value after the loop: a list of `collect`, or the value of `first`."""
+        return self.collect or self.first
+
+    @property
+    def needs_all(self) -> bool:
+        """Return whether its success says that the steps of every item have succeeded."""
+        return self.need == "all" and not self.first
 
 
 class BreakIf(StepBase, frozen=True, kw_only=True):

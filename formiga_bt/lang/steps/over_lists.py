@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Literal
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
@@ -19,6 +20,7 @@ from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import read_name, shorten, what_is
 from formiga_bt.lang.types import ANY, INT, Type, agent_type, list_of
+from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.written import saves, writes
 
 
@@ -45,8 +47,12 @@ def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
         for one, at in end.released.items()
         for name in (body.items.get(one, ()) if one in (lists or {}) else (one,))
     }
-    if "collect" in keys:
-        part["collect"] = _collect(body, keys["collect"].value, entry, end)
+    if "first" in keys and _may_be_first(body, keys, parallel=parallel):
+        some = bool(length) or any(plain_name(expr) in body.lists for expr, _ in (lists or {}).values())
+        part["first"] = _gather(body, keys["first"].value, "first", entry, end)
+        body.flow.sure = body.flow.sure if some else body.flow.sure - {part["first"]}  # an empty list is a success
+    elif "collect" in keys:
+        part["collect"] = _gather(body, keys["collect"].value, "collect", entry, end)
     return {"lists": {name: expr for name, (expr, _) in lists.items()}, **part} if lists else None
 
 
@@ -62,7 +68,8 @@ def _after_for(body: Body, entry: Flow, outs: list[Flow], *, parallel: bool, who
     for name in end.saved:
         if name not in entry.saved:
             what = f"'{name}' is written by every round of the parallel for at {mark.said}, each for itself"
-            body.gone[name] = ("E072", what, f"use collect: {name} to gather one result per round")
+            help_ = f"use collect: {name} to gather one result per round, or first: {name} to end with the first one"
+            body.gone[name] = ("E072", what, help_)
 
 
 def _read_most(body: Body, keys: Keys, part: Part, *, parallel: bool) -> None:
@@ -229,9 +236,22 @@ def _setter(node: Node, name: str) -> Scalar | None:
     return None
 
 
-def _collect(body: Body, node: Node, entry: Flow, end: Flow) -> str:
-    """Define the list that gathers a saved name of the body."""
-    at = read_name(node, body.problems, "collect")
+def _may_be_first(body: Body, keys: Keys, *, parallel: bool) -> bool:
+    """Report E008 for a `first` that is not for this loop, or beside options that decide otherwise when it ends."""
+    mark = keys["first"].key.mark
+    if not parallel:
+        help_ = "add mode: parallel; or leave the loop with break_if"
+        body.problems.add("E008", mark, "'first' is for mode: parallel only", help_)
+    others = [key for key in ("collect", "need", "on_child_failure") if key in keys]
+    if others:
+        what = f"'first' ends the loop with the first item that saves the name, so '{others[0]}' has no place beside it"
+        body.problems.add("E008", keys[others[0]].key.mark, what, f"remove one of them: first or {others[0]}")
+    return parallel and "collect" not in keys
+
+
+def _gather(body: Body, node: Node, key: Literal["collect", "first"], entry: Flow, end: Flow) -> str:
+    """Define what the loop makes of a saved name of its body: the list of all, or the first one."""
+    at = read_name(node, body.problems, key)
     if at is None:
         return ""
     named = end.saved.get(at.text)
@@ -243,7 +263,7 @@ def _collect(body: Body, node: Node, entry: Flow, end: Flow) -> str:
         )
         body.used.add(at.text)
         return ""
-    gathered = NamedValue(list_of(named.type), at.mark, "saved")
+    gathered = NamedValue(list_of(named.type) if key == "collect" else named.type, at.mark, "saved")
     body.every[at.text] = body.flow.saved[at.text] = gathered
     body.used.discard(at.text)
     body.gone.pop(at.text, None)

@@ -259,6 +259,7 @@ class _Scope:
             words["mode"] = "parallel" if step.parallel else ""
             words["max_parallel"] = str(step.max_parallel or "")
             found |= {"collect": values.name(step.collect)} if step.collect else {}
+            found |= {"first": values.name(step.first)} if step.first else {}
         return found | {key: values.text(said) for key, said in words.items() if said}
 
     def assigned(self, step: model.Set) -> dict[str, FieldValue]:

@@ -147,7 +147,7 @@ def _defined(nodes: list[OutlineNode]) -> dict[str, str]:
         if node.kind in ("param", "var", "role"):
             found.setdefault(node.sub, node.kind)
         for key, value in node.fields.items():
-            if key in ("save_as", "collect"):
+            if key in ("save_as", "collect", "first"):
                 found.setdefault(value.atoms[0][1], "saved")
             elif key.startswith("for ") and node.kind == "for":
                 found.setdefault(value.atoms[0][1], "loop")

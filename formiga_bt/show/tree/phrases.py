@@ -223,7 +223,9 @@ def _options(step: Step) -> list[str]:
                 words = [f"{step.max_parallel} at a time"]
             words += [f"need {step.need}"] if step.need != "all" else []
             words += ["cancel after a failure"] if step.on_child_failure == "cancel" else []
-            return [*words, f"collect {step.collect}"] if isinstance(step, model.For) and step.collect else words
+            if isinstance(step, model.For) and step.gives:
+                words.append(f"collect {step.collect}" if step.collect else f"first {step.first}")
+            return words
     return []
 
 

@@ -162,6 +162,16 @@ class TestLists:
         enough = UP_ALL + HOME_ALL.replace("    steps", "    need: 2\n    steps", 1)
         assert [code for code, _ in lines(load, LIST + enough)] == ["E031"]
 
+    def test_first_stops_the_others_wherever_they_are(self, load: Load) -> None:
+        head = '  - for: {drone: "${drones}"}\n    mode: parallel\n    FIRST\n    steps:\n'
+        ask = "      - ask: Is ${drone.id} there?\n        of: [watchers]\n        timeout: 1 min\n        save_as: reply\n"
+        up, down = "      - do: drone.TakeOff\n", '      - do: drone.LandIn\n        with: {at: "${drone.home}"}\n'
+        alone, first = head + up + ask + down, head.replace("FIRST", "first: reply")
+
+        assert lines(load, LIST + alone.replace("FIRST", "collect: reply")) == []
+        assert lines(load, LIST + first + up + ask + down) == [("E031", 8)]
+        assert lines(load, LIST + UP_ALL + first + ask + HOME_ALL) == []
+
     def test_items_are_followed_one_by_one(self, load: Load) -> None:
         text = LIST + UP_ALL
         for which in ("drones[0]", "drones[1]", "last(drones)"):

@@ -205,6 +205,27 @@ class TestNames:
         assert codes(collect + "  - notify: Go to ${fix[0].go_to}.\n") == []
         assert codes(collect) == []  # saved in vain is only a warning, W060
 
+    def test_first_gives_the_value_of_one_item(self, codes: Codes) -> None:
+        text = f'  - for: {{picker_: "${{pickers}}"}}\n    mode: parallel\n    first: fix\n    steps:{ASK_TRACKER}'.replace(
+            "do: picker.", "do: picker_."
+        )
+
+        assert codes(text + "  - notify: Go to ${fix.go_to}.\n") == []
+        assert codes(text + "  - notify: Go to ${fix[0].go_to}.\n") == [("E013", 8)]  # no list
+        assert codes(text.replace("first: fix", "first: fixes")) == [("E010", 3)]
+        assert codes(text.replace("mode: parallel", "mode: each")) == [("E008", 3)]
+        for other in ("need: 1", "collect: fix", "on_child_failure: cancel"):
+            assert codes(text.replace("mode: parallel", f"mode: parallel\n    {other}")) == [("E008", 3)]
+
+    def test_of_a_list_that_may_be_empty_first_may_have_no_value(self, codes: Codes) -> None:
+        text = f"  - for: {{i: LIST}}\n    mode: parallel\n    max_parallel: 1\n    first: fix\n    steps:{ASK_TRACKER}"
+        empty = text.replace("LIST", "'${range(len(pickers))}'")
+        after = "  - notify: Go to ${fix.go_to}.\n"
+
+        assert codes(text.replace("LIST", "[1, 2]") + after) == []
+        assert codes(empty + after) == [("E019", 9)]
+        assert codes(empty + after + "    when: is_set(fix)\n") == []
+
     def test_each_collects_too(self, codes: Codes) -> None:
         text = f"  - for: {{i: [1, 2]}}\n    collect: fix\n    steps:{ASK_TRACKER}  - check: len(fix) == 2\n"
 

@@ -378,13 +378,15 @@ class Interpreter(Doing):
         filled = self.filled if here.call is None else ()
         some = some or any(self.assumed.get(id(e)) or walked(bare(e)) in filled for e in step.lists.values())
         failure = back(sky, join(ends.failure, join(end, inside) if ends.failure is not None else None), loose)
-        success = back(sky, end, bound if step.need == "all" else loose)
+        success = back(sky, end, bound if step.needs_all else loose)
         if not some and success is not None:  # an empty list has no items to be left in another state
             items = {key: success[key] for one in bound.values() if one.all for key in one.keys}
             none = f"when the loop at {line_of(step.mark, here)} ran no round"
             success = {**(join(success, sky, only_right=none) or {}), **items}
         success = join(success, back(sky, broke, loose))
-        if step.need != "all":
+        if step.first:  # the others are stopped wherever they are
+            success = join(success, back(sky, inside, loose))
+        if not step.needs_all:
             success, failure = join(success, failure), failing(join(success, failure), step.mark, here)
         return Outcomes(success, failure, None, back(sky, join(inside, end), loose))
 
