@@ -192,7 +192,7 @@ def test_a_machine_is_handed_back_in_each_way(field: Field) -> None:
 
 
 def test_preflight_and_a_cut_that_no_drone_announces(field: Field) -> None:
-    field.wait(lambda: field.drone("lwd_1")["pool"] == "STANDBY", "it is ready")
+    field.wait(lambda: field.get("/v1/agents/lwd_1/preflight")["ok"], "it is ready, and has the site message")
     said = field.shell.run("preflight", "lwd_1")
     assert said.startswith("AGENT  CHECK")
     assert "lwd_1" in said
