@@ -324,6 +324,9 @@ class StepReader(LeafReader):
             retry["attempt_timeout"] = step.pop("timeout")
         if element.get("_formiga_agent"):
             retry["agent"] = element.get("_formiga_agent")
+        for key in ("on", "unless"):
+            if element.get(f"_formiga_{key}"):
+                retry[key] = words(element.get(f"_formiga_{key}"))
         return modified(step, "retry", retry)
 
     _node_retryuntilsuccesful = _node_retryuntilsuccessful  # as version 3 spells it

@@ -198,6 +198,10 @@ class StepWriter:
         if retry.agent != "same":
             outer.attrs["_formiga_agent"] = retry.agent
             self.findings.add("L04", retry.mark, "'agent: another' has no counterpart in BT.CPP")
+        for key, codes in (("on", retry.on), ("unless", retry.unless)):
+            if codes:
+                outer.attrs[f"_formiga_{key}"] = ";".join(codes)
+                self.findings.add("L04", retry.mark, f"'{key}' of a retry has no counterpart in BT.CPP")
         return self._after(before, outer)
 
     # -- kinds --------------------------------------------------------------------------------------------------------

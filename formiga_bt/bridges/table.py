@@ -90,7 +90,7 @@ LOSSES: Final[Mapping[str, str]] = MappingProxyType(
         "L01": "A value cannot be written as a port: it is left away.",
         "L02": "`on_abort` has no counterpart: halting is immediate in BT.CPP. It becomes a tree that nothing starts.",
         "L03": "The pause between attempts also follows the last one, and does not grow (`backoff`).",
-        "L04": "An option of fleets (priority, preemption, expiry, cleanup, envelope, another agent) has no counterpart.",
+        "L04": "An option of fleets (priority, preemption, cleanup, another agent, `on` of a retry, ...) has no counterpart.",
         "L05": "`finish` with `need: N`: BT.CPP cancels the others as soon as N cannot be reached any more.",
         "L06": "A condition is beyond BT.CPP's scripts: it is kept as text for the node `Expression`, `When` or `Loop`.",
         "L07": "A field of an agent is read: the host has to keep this blackboard entry up to date.",

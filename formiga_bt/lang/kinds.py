@@ -94,6 +94,8 @@ RETRY: Final[tuple[Option, ...]] = (
     Option("backoff", "value", "Factor by which the delay grows each time (1).", type="number"),
     Option("attempt_timeout", "value", "Bound of a single attempt.", type="duration"),
     Option("agent", "word", "Who tries again (same).", values=("same", "another"), default="same"),
+    Option("on", "words", "Only after failures with these reason codes.", like="[timeout]"),
+    Option("unless", "words", "Not after failures with these reason codes.", like="[expect]"),
 )
 
 CLEARS: Final[tuple[Option, ...]] = (

@@ -31,8 +31,9 @@ from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site
 from formiga_bt.lang.site.envelope import check_task as check_tightens
 from formiga_bt.lang.site.envelope import read_envelope
+from formiga_bt.lang.steps.retries import read_bound
 from formiga_bt.lang.steps.roles import read_roles, read_vars
-from formiga_bt.lang.steps.step import read_bound, read_steps
+from formiga_bt.lang.steps.step import read_steps
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.text.document import Entry, Node
 from formiga_bt.lang.text.reading import Problems, read_flag, read_text, read_word, shorten

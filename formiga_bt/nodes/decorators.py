@@ -273,6 +273,10 @@ class RetryNode(Modifier):
 
     def _may_again(self, failure: Failure) -> bool:
         """Return whether a failure may be tried again; by another agent also what this one may not repeat, and its loss."""
+        assert self.step_model is not None
+        assert self.step_model.retry is not None
+        if not self.step_model.retry.covers(failure.code):
+            return False
         replaced = failure.agent in self.mem.had or (not failure.agent and bool(self.mem.had))
         return failure.retryable or (self.takes_another and failure.by_another and replaced)
 

@@ -415,6 +415,10 @@ class NaiveTrees:
             other = retry.agent == "another" and done.failure.by_another and someone
             if mem["attempt"] >= mem["attempts"] or not (done.failure.retryable or other):
                 return done
+            word = done.failure.code.removeprefix("failed:")
+            said = [done.failure.code, word] + (["failed"] if done.failure.code.startswith("failed:") else [])
+            if (retry.on and not any(one in retry.on for one in said)) or any(one in retry.unless for one in said):
+                return done
             mem["had"] = ()
             mem["culprits"] += (done.failure.agent,) if named else had
             delay = round(mem["delay"] * mem["backoff"] ** (mem["attempt"] - 1))

@@ -68,6 +68,7 @@ def why_refused(text: str) -> str:
 
 
 SPANS = ("0.5 s", "1 s", "2 s", "3 s", "5 s")
+CODES = ("stuck", "failed", "check", "timeout", "rejected", "agent_lost")
 
 
 class Writer:
@@ -236,6 +237,8 @@ class Writer:
                 retry["agent"] = "another"
             if not instant and self.chance(50):
                 retry["attempt_timeout"] = self.dice.choice(SPANS)
+            if self.chance(15):
+                retry[self.dice.choice(("on", "unless"))] = self.dice.sample(CODES, 2)
             step["retry"] = retry
 
     def hauls_alone(self, step: Any) -> bool:

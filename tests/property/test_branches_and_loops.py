@@ -53,6 +53,22 @@ CASES: dict[str, Case] = {
         [{"parallel": [after(1, say("a")), after(3, say("b"))]}, say("end")],
         {}, [], "SUCCEEDED", "", ["2 a", "4 b", "4 end"],
     ),
+    "retry: on names what is tried again": (
+        [{**ONE, "retry": {"attempts": 3, "on": ["stuck"]}}, say("end")],
+        {"c1": [Deed(end="failed"), Deed(end="rejected"), Deed()]}, [], "FAILED", "rejected", [],
+    ),
+    "retry: failed names each failure with a word of its own": (
+        [{**ONE, "retry": {"attempts": 3, "on": ["failed"]}}, say("end")],
+        {"c1": [Deed(end="failed"), Deed(end="failed"), Deed()]}, [], "SUCCEEDED", "", ["4 end"],
+    ),
+    "retry: unless names what is not tried again": (
+        [{**ONE, "retry": {"attempts": 3, "unless": ["stuck"]}}, say("end")],
+        {"c1": [Deed(end="rejected"), Deed(end="failed"), Deed()]}, [], "FAILED", "failed:stuck", [],
+    ),
+    "retry: what a fail step says is a code, too": (
+        [{"fallback": [{"fail": "x", "code": "soon", "retry": {"attempts": 3, "delay": "2 s", "unless": ["soon"]}}, say("b")]}],
+        {}, [], "SUCCEEDED", "", ["1 b"],
+    ),
     "parallel: finish waits for the others, then fails with the first failure": (
         [{"parallel": [after(1, {"fail": "x", "code": "late"}), {"fail": "y", "code": "soon"}, after(3, say("b"))]}],
         {}, [], "FAILED", "failed:soon", ["4 b"],

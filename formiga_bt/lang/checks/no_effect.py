@@ -1,10 +1,11 @@
-"""W100: what bounds or repeats nothing: a time-out that another one always precedes, one attempt, a wait of 0 s.
+"""W100: what bounds or repeats nothing: a time-out after another one, one attempt, a code never tried again.
 
 Only what is written as a constant, in one body: a subtree may be called from a place with more time, and what tidies up has
 time of its own. `wait: 0 s` of a role is something else (it does not queue), and so is one attempt with a time-out of its own.
 """
 
 from collections.abc import Iterable
+from typing import Final
 
 from msgspec import Struct
 
@@ -12,6 +13,10 @@ from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
+
+_NEVER: Final = ("in_doubt", "cancel_unconfirmed", "taken_over", "no_agent", "no_resource", "cannot_compute", "runaway")
+_BY_ANOTHER: Final = ("agent_lost",)
+"""Reason codes of failures that a retry never repeats, and that only another machine does."""
 
 
 class _Bound(Struct, frozen=True):
@@ -53,6 +58,16 @@ def _check_retry(retry: Retry, bound: _Bound | None, problems: Problems) -> None
     if retry.attempts.is_const and retry.attempts.const == 1 and retry.attempt_timeout is None:
         what = "attempts counts the first one: with 1 nothing is retried"
         problems.add("W100", retry.attempts.mark, what, "such as: attempts: 3; or take retry away")
+    _check_codes(retry, problems)
+
+
+def _check_codes(retry: Retry, problems: Problems) -> None:
+    """Report codes that are named in `on`, and after which nothing is ever tried again."""
+    alone = _BY_ANOTHER if retry.agent == "same" else ()
+    for code in retry.on:
+        if code in _NEVER or code in alone:
+            fix = "'agent: another' lets another machine do it" if code in alone else "a fallback can go on after it"
+            problems.add("W100", retry.mark, f"after '{code}' the same is never tried again", fix)
 
 
 def _narrower(expr: Expr | None, key: str, bound: _Bound | None, who: str, problems: Problems) -> _Bound | None:

@@ -33,6 +33,15 @@ class Retry(Struct, frozen=True):
     attempt_timeout: Expr | None
     agent: Literal["same", "another"]
     mark: Mark
+    on: tuple[str, ...] = ()
+    """Reason codes after which it tries again; none: after each."""
+    unless: tuple[str, ...] = ()
+    """Reason codes after which it does not."""
+
+    def covers(self, code: str) -> bool:
+        """Return whether it is meant for failures with this reason code; `failed` names each `failed:<code>`, too."""
+        names = {code, code.replace("failed:", ""), code.partition(":")[0] if code.startswith("failed:") else code}
+        return (not self.on or not names.isdisjoint(self.on)) and names.isdisjoint(self.unless)
 
 
 class StepBase(Struct, frozen=True, kw_only=True):

@@ -16,14 +16,13 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Option, StepKind
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, Option, StepKind
 from formiga_bt.lang.model import (
     Ask,
     BreakIf,
     Call,
     Check,
     Do,
-    Expr,
     Fail,
     Fallback,
     For,
@@ -34,7 +33,6 @@ from formiga_bt.lang.model import (
     Parallel,
     Release,
     Request,
-    Retry,
     Sequence,
     Set,
     Step,
@@ -49,17 +47,16 @@ from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, 
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.do import as_order
 from formiga_bt.lang.steps.requests import read_request
+from formiga_bt.lang.steps.retries import read_bound, read_retry
 from formiga_bt.lang.text.colons import in_text
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     is_empty,
     read_listing,
-    read_mapping,
     shorten,
     what_is,
 )
 from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
-from formiga_bt.lang.types import DURATION, INT, NUMBER
 from formiga_bt.lang.walk import roles_inside
 from formiga_bt.lang.written import saves
 
@@ -315,45 +312,10 @@ def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:
     if "timeout" in keys:
         common["timeout"] = read_bound(body, keys["timeout"].value, "timeout")
     if "retry" in keys:
-        common["retry"] = _read_retry(body, keys["retry"])
+        common["retry"] = read_retry(body, keys["retry"])
     for flag in ("ignore_failure", "critical"):
         if flag in keys:
             common[flag] = keys.flag(flag)
-
-
-def read_bound(body: Body, node: Node, key: str) -> Expr:
-    """Read a duration that must be longer than nothing."""
-    expr = body.value(node, DURATION, key)
-    if expr.is_const and isinstance(expr.const, int | float) and expr.const <= 0:
-        body.problems.add("E008", expr.mark, f"'{key}' must be longer than 0 s")
-    return expr
-
-
-def _read_retry(body: Body, entry: Entry) -> Retry | None:
-    node = entry.value
-    if isinstance(node, Scalar):
-        mend = f"{{attempts: {node.text or 3}}}"
-        what = f"'retry' must be a mapping, this is {what_is(node)}"
-        fix = Fix(node.mark, mend) if node.text and entry.key.text == "retry" else None
-        body.problems.add("E008", node.mark, what, f"write {mend}", fix)
-        return None
-    mapping = read_mapping(node, body.problems, "retry")
-    if mapping is None:
-        return None
-    keys = read_keys(mapping, RETRY, body.problems, "'retry'")
-    if "attempts" not in keys:
-        return None
-    attempts = body.value(keys["attempts"].value, INT, "attempts")
-    if attempts.is_const and isinstance(attempts.const, int) and attempts.const < 1:
-        body.problems.add("E008", attempts.mark, "'attempts' counts the first one, so it is at least 1")
-    return Retry(
-        attempts,
-        body.span(keys["delay"].value, "delay") if "delay" in keys else None,
-        body.value(keys["backoff"].value, NUMBER, "backoff") if "backoff" in keys else None,
-        read_bound(body, keys["attempt_timeout"].value, "attempt_timeout") if "attempt_timeout" in keys else None,
-        "another" if keys.word("agent") == "another" else "same",
-        entry.key.mark,
-    )
 
 
 _INSIDE: Final = Readers(read_steps, read_step, _items)

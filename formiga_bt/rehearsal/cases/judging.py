@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.engine.kernel.records import AgentRecord
+from formiga_bt.lang.codes import is_code
 from formiga_bt.rehearsal.cases.cases import GAP, AnswerRule, Case, GoalRule, Standing
-from formiga_bt.rehearsal.cases.codes import is_code
 from formiga_bt.rehearsal.cases.running import Came, SentGoal
 
 

@@ -186,6 +186,8 @@ class _Scope:
             bounds = {"retry attempts": retry.attempts, "retry delay": retry.delay, "retry backoff": retry.backoff}
             found |= self.exprs(bounds | {"retry attempt_timeout": retry.attempt_timeout})
             found |= {"retry agent": values.text(retry.agent)} if retry.agent != "same" else {}
+            codes = {"retry on": retry.on, "retry unless": retry.unless}
+            found |= {key: values.text(", ".join(said)) for key, said in codes.items() if said}
         flags = {"ignore_failure": step.ignore_failure, "critical": step.critical}
         found |= {key: values.text("true") for key, said in flags.items() if said}
         expect, save_as = getattr(step, "expect", None), getattr(step, "save_as", "")

@@ -10,10 +10,10 @@ from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.base.units import format_quantity
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
 from formiga_bt.engine.kernel.records import AgentRecord, Question
+from formiga_bt.lang.codes import written_code
 from formiga_bt.lang.model import Site, Task
 from formiga_bt.lang.text.reading import shorten
 from formiga_bt.lang.types import AgentRef, Type
-from formiga_bt.rehearsal.cases.codes import written_code
 from formiga_bt.rehearsal.cases.judging import standing
 from formiga_bt.show.replay.case_story import CaseStory, Fault
 from formiga_bt.show.replay.when import in_words

@@ -191,7 +191,9 @@ def modifiers_of(step: Step) -> tuple[str, ...]:
         words.append(f"timeout {source(step.timeout)}")
     if step.retry:
         another = ", another agent" if step.retry.agent == "another" else ""
-        words.append(f"{source(step.retry.attempts)} attempts{another}")
+        on = f", on {', '.join(step.retry.on)}" if step.retry.on else ""
+        unless = f", unless {', '.join(step.retry.unless)}" if step.retry.unless else ""
+        words.append(f"{source(step.retry.attempts)} attempts{another}{on}{unless}")
     if step.critical:
         words.append("critical")
     expect = getattr(step, "expect", None)

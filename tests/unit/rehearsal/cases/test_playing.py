@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.base.diagnostics import Mark
+from formiga_bt.lang.codes import is_code, read_code, written_code
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.nodes.base import Node
 from formiga_bt.rehearsal.cases.cases import CaseFile
-from formiga_bt.rehearsal.cases.codes import is_code, read_code, written_code
 from formiga_bt.rehearsal.cases.coverage import Coverage
 from formiga_bt.rehearsal.cases.judging import diff, fits, judge
 from formiga_bt.rehearsal.cases.reading import load_cases
