@@ -1,7 +1,8 @@
 """A simulated person: stands or walks, answers questions by a script, after a while, or never, and carries a tracker.
 
-A question is a Confirm goal with the fields question, options, note, number, expires_us, if_no_answer; its result is
-`{answer, by, at}`. Without a fitting rule a person says yes: `clear` to a clearance, else the first option that agrees.
+A question is a Confirm goal with the fields question, options, note, number, expires_us, if_no_answer, form; its result is
+`{answer, by, at, form}`. Without a fitting rule a person says yes: `clear` to a clearance, else the first option that agrees.
+Of a form that no rule fills in they give the least that is allowed, and as a place where they stand.
 A person walks in steps of a second of engine time. A picker answers MiniFinder too (`finder`), and then walks after the drone
 that guides them (`following`).
 
@@ -34,11 +35,16 @@ MINI_FINDER: Final = "MiniFinder"
 """The action by which the tracker of a person is asked."""
 
 
+KNOWN: Final = ("match", "options", "after", "never", "form")
+"""Keys of a rule."""
+
+
 class Rule(Struct, frozen=True):
     """How a person answers the questions that fit.
 
     `match` is found in the question or in one of its options ("*": always). `options` are the successive answers, the
-    last one again and again. A rule whose next answer is no option of the question is passed over.
+    last one again and again; with none a person says what they would say without a rule. A rule whose next answer is no
+    option of the question is passed over.
     """
 
     match: str = "*"
@@ -46,6 +52,8 @@ class Rule(Struct, frozen=True):
     after_us: Micros = DEFAULT_DELAY_US
     never: bool = False
     """Such questions are never answered."""
+    form: Mapping[str, Any] = {}
+    """What is filled in, by name, as wire values."""
 
 
 class BadScriptError(ValueError):
@@ -56,18 +64,19 @@ def read_rules(script: Iterable[Mapping[str, Any]]) -> tuple[Rule, ...]:
     """Read rules from plain data; `after` is seconds, as a number or as text such as "4 s".
 
     Raises:
-        BadScriptError: a rule has an unknown key, or neither options nor `never`.
+        BadScriptError: a rule has an unknown key, or none of options, form and `never`.
     """
     rules = []
     for entry in script:
-        unknown = sorted(set(entry) - {"match", "options", "after", "never"})
+        unknown = sorted(set(entry) - set(KNOWN))
         if unknown:
-            raise BadScriptError(f"unknown {', '.join(unknown)} in {dict(entry)}; known: match, options, after, never")
+            raise BadScriptError(f"unknown {', '.join(unknown)} in {dict(entry)}; known: {', '.join(KNOWN)}")
         options, never = tuple(str(option) for option in entry.get("options", ())), bool(entry.get("never", False))
-        if not options and not never:
-            raise BadScriptError(f"a rule needs options or never: {dict(entry)}")
+        form = dict(entry.get("form") or {})
+        if not options and not never and not form:
+            raise BadScriptError(f"a rule needs options, form or never: {dict(entry)}")
         after_us = _read_delay(entry["after"]) if "after" in entry else DEFAULT_DELAY_US
-        rules.append(Rule(str(entry.get("match", "*")), options, after_us, never))
+        rules.append(Rule(str(entry.get("match", "*")), options, after_us, never, form))
     return tuple(rules)
 
 
@@ -140,10 +149,10 @@ class Person(Body):
         question = str(request.fields.get("question", ""))
         options = [str(option) for option in request.fields.get("options") or ("yes", "no")]
         self.asked.append(question)
-        answer, after_us = self._choose(question, options)
+        answer, after_us, filled = self._choose(question, options)
         if answer is not None:
             at, goal, said = self.scheduler.now() + after_us, request.goal_id, answer
-            self._answers[goal] = self.scheduler.call_at(at, lambda: self._say(goal, said))
+            self._answers[goal] = self.scheduler.call_at(at, lambda: self._say(request, said, filled))
         return ""
 
     def cancel(self, goal_id: str) -> bool:
@@ -219,26 +228,53 @@ class Person(Body):
 
         return self._later(request, micros(self.limits.fix_takes_s), found)
 
-    def _choose(self, question: str, options: list[str]) -> tuple[str | None, Micros]:
-        """Return the answer (None: never) and how long it takes."""
+    def _fills(self, field: Mapping[str, Any]) -> Any:
+        """Return what a person fills in whom nobody told what."""
+        match field.get("type"):
+            case "place":
+                return {"east_m": self._place.east_m, "north_m": self._place.north_m}
+            case "enum":
+                return next(iter(field.get("values") or ()), "")
+            case "text":
+                return ""
+            case "bool":
+                return False
+            case "int":
+                return int(field.get("least") or 0)
+        return float(field.get("least") or 0.0)
+
+    def _choose(self, question: str, options: list[str]) -> tuple[str | None, Micros, Mapping[str, Any]]:
+        """Return the answer (None: never), how long it takes, and what is filled in."""
+        form: Mapping[str, Any] = {}
         for index, rule in enumerate(self._rules):
             if rule.match != "*" and not any(rule.match in text for text in (question, *options)):
                 continue
             if rule.never:
-                return None, 0
+                return None, 0, {}
+            form = {**rule.form, **form}
+            if not rule.options:
+                continue
             answer = rule.options[min(self._given[index], len(rule.options) - 1)]
             if answer in options:
                 self._given[index] += 1
-                return answer, rule.after_us
+                return answer, rule.after_us, form
         if "clear" in options and CLEARANCE_OPTIONS.issuperset(options):
-            return "clear", DEFAULT_DELAY_US
-        return next((option for option in options if option.lower() in AFFIRMATIVE), options[0]), DEFAULT_DELAY_US
+            return "clear", DEFAULT_DELAY_US, form
+        yes = next((option for option in options if option.lower() in AFFIRMATIVE), options[0])
+        return yes, DEFAULT_DELAY_US, form
 
-    def _say(self, goal_id: str, answer: str) -> None:
-        self._answers.pop(goal_id, None)
+    def _say(self, request: GoalRequest, answer: str, form: Mapping[str, Any]) -> None:
+        self._answers.pop(request.goal_id, None)
         if self.side is not None:
-            result = {"answer": answer, "by": self.agent, "at": self.scheduler.now()}
-            self.side.finish(goal_id, "succeeded", result=result)
+            result = {"answer": answer, "by": self.agent, "at": self.scheduler.now(), **self.filled(request, form)}
+            self.side.finish(request.goal_id, "succeeded", result=result)
+
+    def filled(self, request: GoalRequest, form: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what this person fills in, as a part of the answer: what `form` holds, else what they think of."""
+        asked = [field for field in request.fields.get("form") or () if isinstance(field, Mapping)]
+        names = [str(field.get("name")) for field in asked]
+        filled = {name: form.get(name, self._fills(field)) for name, field in zip(names, asked, strict=True)}
+        return {"form": filled} if filled else {}
 
     def _go(self) -> None:
         now = self.scheduler.now()
@@ -284,6 +320,12 @@ class Person(Body):
 def write_rules(rules: Iterable[Rule]) -> list[dict[str, Any]]:
     """Return rules as the plain data `read_rules` reads (for a process's command line)."""
     return [
-        {"match": rule.match, "options": list(rule.options), "after": rule.after_us / SECOND, "never": rule.never}
+        {
+            "match": rule.match,
+            "options": list(rule.options),
+            "after": rule.after_us / SECOND,
+            "never": rule.never,
+            "form": dict(rule.form),
+        }
         for rule in rules
     ]

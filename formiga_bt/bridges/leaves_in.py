@@ -11,6 +11,7 @@ from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.table import BTCPP, OWN, our_name
 from formiga_bt.bridges.values_in import ImportScope, clean, snake, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, one_line
+from formiga_bt.lang.forms import DONE, YES_NO
 
 Step = dict[str, Any]
 
@@ -69,8 +70,11 @@ class LeafReader:
 
     def _node_ask(self, element: XmlElement) -> Step:
         step: Step = {"ask": self.scope.value(element.get("question"), element), "of": words(element.get("of"))}
-        if words(element.get("options")) != ["yes", "no"]:
+        usual = [*DONE] if element.get("_formiga_form") else [*YES_NO]
+        if words(element.get("options")) != usual:
             step["options"] = words(element.get("options"))
+        if element.get("_formiga_form"):
+            step["form"] = unfold(element.get("_formiga_form"))
         if element.get("policy"):
             step["policy"] = element.get("policy")
         if element.get("clears"):

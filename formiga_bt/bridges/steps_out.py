@@ -258,8 +258,13 @@ class StepWriter:
             "clears_on": ";".join(step.clears_on),
             "if_no_answer": self.optional(step.if_no_answer, "if_no_answer"),
         }
+        if step.form:
+            self.findings.add("L04", step.mark, "'form' has no counterpart in BT.CPP")
         outputs = {name: "{" + f"{saved}_{name}" + "}" for name in ("answer", "by", "at")} if saved else {}
-        return self._expect(self.shared.own("Ask", ports, outputs), step.expect, saved)
+        node = self.shared.own("Ask", ports, outputs)
+        if step.form:
+            node.attrs["_formiga_form"] = flow({one.name: one.plain() for one in step.form})
+        return self._expect(node, step.expect, saved)
 
     def _call(self, step: model.Call) -> XmlElement:
         node = XmlElement("SubTree", {"ID": self.shared.subtree_id(step.subtree)})

@@ -271,9 +271,10 @@ class Client(Calls):
 
         return self.get(QuestionList, "/v1/inbox", person=person)
 
-    def answer(self, number: str, option: str, *, by: str = "") -> str:
-        """Answer a question for a person who works at the engine's desk."""
-        return self._said(f"/v1/inbox/{segment(number)}/answer", {"option": option, "by": by})
+    def answer(self, number: str, option: str, *, by: str = "", fields: Mapping[str, Any] | None = None) -> str:
+        """Answer a question for a person who works at the engine's desk; `fields` of its form, as texts or JSON."""
+        more = {"fields": dict(fields)} if fields else {}
+        return self._said(f"/v1/inbox/{segment(number)}/answer", {"option": option, "by": by, **more})
 
     def report_event(self, agent: str, event: str, fields: Mapping[str, Any] | None = None) -> str:
         """Report an event for a person who works at the engine's desk."""

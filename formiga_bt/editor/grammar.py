@@ -13,7 +13,7 @@ from typing import Final, Literal
 from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION, FIELD
 from formiga_bt.lang.catalogue import FILE, TYPE
-from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Option, StepKind
+from formiga_bt.lang.kinds import FORM, KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Option, StepKind
 from formiga_bt.lang.rules.keys import RULE, RULES_FILE
 from formiga_bt.lang.scenario import options as scenario
 from formiga_bt.rehearsal.cases import options as tests
@@ -95,6 +95,7 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("subtree", "params"): _PARAMS,
         ("catalogue", "types"): FreeMapping("types", OptionMapping("type", TYPE)),
         ("catalogue", "actions"): FreeMapping("actions", OptionMapping("action", ACTION)),
+        ("step", "form"): FreeMapping("form", OptionMapping("field", FORM)),
         ("param", "type"): _LIST_TYPE,
         ("field", "type"): _LIST_TYPE,
         ("action", "fields"): FreeMapping("fields", OptionMapping("field", FIELD)),

@@ -13,6 +13,7 @@ from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION
 from formiga_bt.lang.catalogue import FILE, TYPE
 from formiga_bt.lang.kinds import (
+    FORM,
     KINDS,
     LIBRARY,
     MODIFIERS,
@@ -89,6 +90,7 @@ class _Maker:
             "step": self._step(),
             "steps": {"type": "array", "minItems": 1, "items": {"$ref": "#/definitions/step"}},
             "param": self._param(),
+            "form_field": self._object(FORM),
             "role": self._object(ROLE, required=()),
             "subtree": self._object(SUBTREE),
             "task": self._object(TASK),
@@ -130,6 +132,7 @@ class _Maker:
             "agents": _map({"$ref": "#/definitions/role"}),
             "with_agents": _map({"$ref": "#/definitions/role"}),
             "subtrees": _map({"$ref": "#/definitions/subtree"}),
+            "form": _map({"anyOf": [{"type": "string"}, {"$ref": "#/definitions/form_field"}]}),
             "cases": _map({"$ref": "#/definitions/steps"}),
         }
         if form == "map" and name in known:

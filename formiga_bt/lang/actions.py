@@ -56,7 +56,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
     if mapping is None:
         return None
     keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
-    fields = _fields(keys["fields"].value, problems) if "fields" in keys else {}
+    fields = read_fields(keys["fields"].value, problems) if "fields" in keys else {}
     requires = keys.word("requires")
     moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
     flags: dict[str, Any] = {
@@ -66,7 +66,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         f"{key}_us": micros(keys.number(key)) for key in ("typical", "accept_timeout", "cancel_grace") if key in keys
     }
     number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
-    gives = _fields(keys["result"].value, problems, "result") if "result" in keys else {}
+    gives = read_fields(keys["result"].value, problems, "result") if "result" in keys else {}
     return ActionSpec(
         name,
         entry.key.mark,
@@ -83,13 +83,16 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
     )
 
 
-def _fields(node: Node, problems: Problems, what: str = "fields") -> dict[str, FieldSpec]:
+def read_fields(
+    node: Node, problems: Problems, what: str = "fields", options: tuple[Option, ...] = FIELD
+) -> dict[str, FieldSpec]:
+    """Return the fields of a mapping, by name; `options` are the keys that one may have."""
     mapping = read_optional_mapping(node, problems, what)
     found: dict[str, FieldSpec] = {}
     for entry in mapping.entries if mapping is not None else ():
         if read_name(entry.key, problems, what) is not None:
-            found[entry.key.text] = _field(entry, problems)
-            if what == "result":
+            found[entry.key.text] = _field(entry, problems, options)
+            if what != "fields":
                 check_readable(entry.key, problems)
     return found
 
@@ -101,11 +104,11 @@ def check_readable(at: Scalar, problems: Problems) -> None:
         problems.add("E018", at.mark, what, f"call it {at.text}_")
 
 
-def _field(entry: Entry, problems: Problems) -> FieldSpec:
+def _field(entry: Entry, problems: Problems, options: tuple[Option, ...] = FIELD) -> FieldSpec:
     name, node = entry.key.text, entry.value
     if not isinstance(node, Mapping_) or node.get("list") is not None:
         return FieldSpec(name, read_type(node, problems))
-    keys = read_keys(node, FIELD, problems, f"field '{name}'")
+    keys = read_keys(node, options, problems, f"field '{name}'")
     of = read_type(keys["type"].value, problems) if "type" in keys else ANY
     if "values" in keys:
         of = Type("enum", values=tuple(keys.words("values")))
@@ -114,7 +117,7 @@ def _field(entry: Entry, problems: Problems) -> FieldSpec:
     return FieldSpec(
         name,
         of,
-        optional=keys.flag("optional"),
+        optional="optional" in keys and keys.flag("optional"),
         default=default,
         min=_number(least),
         max=_number(most),

@@ -103,6 +103,14 @@ CLEARS: Final[tuple[Option, ...]] = (
     Option("on", "words", "The answers that say so.", required=True, like="[yes]"),
 )
 
+FORM: Final[tuple[Option, ...]] = (
+    Option("type", "name", "The type.", required=True),
+    Option("values", "words", "Of an enum: what it may be."),
+    Option("min", "value", "The smallest value."),
+    Option("max", "value", "The largest value."),
+    Option("help", "text", "A line of help for who fills it in."),
+)
+
 MODIFIERS: Final[tuple[Option, ...]] = (
     Option("name", "text", "What the step is called where people see it."),
     Option("note", "text", "Shown to people beside the step."),
@@ -122,7 +130,8 @@ _KINDS: Final = (
         "Put a question to people; the result is {answer, by, at}.",
         (
             Option("of", "roles", "Whom to ask, in order: roles or site roles.", required=True, like="[ROLE]"),
-            Option("options", "words", "The possible answers ([yes, no])."),
+            Option("options", "words", "The possible answers ([yes, no]; with a form [done])."),
+            Option("form", "map", "What else is filled in: names and types; fields of the result.", keys=FORM),
             Option("policy", "word", "Whose answer counts (any).", values=("any", "all"), default="any"),
             Option("escalate_after", "value", "Ask the next one too after this long.", type="duration"),
             Option("clears", "options", "Which answers say that people stand clear of a machine.", keys=CLEARS),

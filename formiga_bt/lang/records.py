@@ -3,8 +3,10 @@
 The engine must fill exactly these fields; the loader types `save_as`, `result`, `error` and `abort` with them.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
+from formiga_bt.lang.forms import FormField
 from formiga_bt.lang.model import ActionSpec
 from formiga_bt.lang.types import TEXT, TIME, Type, enum_of, list_of, record_of
 
@@ -19,12 +21,15 @@ CHILD: Final[Type] = record_of(status=enum_of("PENDING", "SUCCEEDED", "FAILED", 
 """The result of `request`; PENDING when nothing waits for the end."""
 
 
-def answer(options: tuple[str, ...], policy: str) -> Type:
-    """Return the type of an answer; with `policy: all` the answer may be `mixed`, and `.all` lists the answers."""
+def answer(options: tuple[str, ...], policy: str, form: Sequence[FormField] = ()) -> Type:
+    """Return the type of an answer; with `policy: all` the answer may be `mixed`, and `.all` lists the answers.
+
+    What the form holds are fields of each answer; those of several people stand in `.all` only.
+    """
+    one = record_of(answer=enum_of(*options), by=TEXT, at=TIME, **{field.name: field.kind for field in form})
     if policy == "all":
-        each = list_of(record_of(answer=enum_of(*options), by=TEXT, at=TIME))
-        return record_of(answer=enum_of(*options, "mixed"), by=TEXT, at=TIME, all=each)
-    return record_of(answer=enum_of(*options), by=TEXT, at=TIME)
+        return record_of(answer=enum_of(*options, "mixed"), by=TEXT, at=TIME, all=list_of(one))
+    return one
 
 
 def result(action: ActionSpec) -> Type:

@@ -29,7 +29,7 @@ def saves(node: Node) -> Iterator[Scalar]:
             elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
                 for case in entry.value.entries:
                     yield from saves(case.value)
-            elif entry.key.text not in ("with", "set", "retry", "clears"):
+            elif entry.key.text not in ("with", "set", "retry", "clears", "form"):
                 yield from saves(entry.value)
 
 
@@ -50,6 +50,6 @@ def sets(node: Node) -> list[Scalar]:
             found += [one.key for one in entry.value.entries]
         elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
             found += [at for case in entry.value.entries for at in sets(case.value)]
-        elif entry.key.text not in ("with", "retry", "clears"):
+        elif entry.key.text not in ("with", "retry", "clears", "form"):
             found += sets(entry.value)
     return found

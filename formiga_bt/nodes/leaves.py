@@ -165,6 +165,7 @@ class AskNode(Leaf):
             clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
             clears_on=step.clears_on,
             owner=self.key,
+            form=step.form,
         )
         self.question = order.id
         self.remember(run, AskMem(order.id))

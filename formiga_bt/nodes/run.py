@@ -12,6 +12,7 @@ from typing import Any, Final, Literal, Protocol
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.lang.forms import FormField
 from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.ends import Drain, End, FinallyEnd
 from formiga_bt.nodes.memory import Mem
@@ -139,6 +140,7 @@ class AskOrder(Struct, frozen=True):
     """Agent that an answer in `clears_on` also gives clearance to, or empty."""
     clears_on: tuple[str, ...]
     owner: str
+    form: tuple[FormField, ...] = ()
 
 
 AROUND: Final = ".."

@@ -4,10 +4,10 @@ An answer goes to the engine as news of a goal, which nobody waits for. So each 
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
-from typing import Final
+from typing import Any, Final
 
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import EngineStep, GoalEventInput
@@ -35,8 +35,8 @@ class Answering:
         """Goal id -> who waits for the reply."""
         self._closed = False
 
-    def answer(self, question: OpenQuestion, option: str) -> Done:
-        """Answer an open question; return the engine's reply.
+    def answer(self, question: OpenQuestion, option: str, form: Mapping[str, Any] | None = None) -> Done:
+        """Answer an open question; return the engine's reply. `form`: what was filled in, as runtime values.
 
         Raises:
             Refused: no such option, it was closed before, or the engine did not take it in time.
@@ -47,7 +47,7 @@ class Answering:
             if self._closed:
                 raise _stopped()
             before = self._waiting.setdefault(goal_id, future)
-            problem = self._desk.answer(goal_id, option)
+            problem = self._desk.answer(goal_id, option, form)
             if problem:
                 if before is future:
                     del self._waiting[goal_id]

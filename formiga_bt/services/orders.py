@@ -415,12 +415,18 @@ class ServiceOrders:
             questions.sort(key=lambda q: q.order)
             return QuestionList(now, tuple(question_fact(state, q, self.desk_people) for q in questions))
 
-    def answer(self, number: str, option: str, by: str = "") -> str:
+    def answer(self, number: str, option: str, by: str = "", fields: Mapping[str, Any] | None = None) -> str:
         """Answer a question for a person who works at this desk; once the engine has it, return a text that says so.
 
+        Args:
+            number: of the question, for example `Q7`.
+            option: one of its options.
+            by: who answers.
+            fields: of its form, by name, as texts or JSON.
+
         Raises:
-            Refused: closed or unknown, no such option, somebody else answers it, several people here could, or the engine
-                did not take it in time.
+            Refused: closed or unknown, no such option, fields that do not fit its form, somebody else answers it, several
+                people here could, or the engine did not take it in time.
         """
         question = self._question(number)
         here = [person for person in question.asked if person in self.desk_people]
@@ -446,7 +452,9 @@ class ServiceOrders:
                 f"{question.number} is not shown to {waiting[0]} yet",
                 f"answer {before} first" if before else "try again in a moment",
             )
-        reply = self._answering.answer(open_, option)
+        given = {name: text_of(value) for name, value in (fields or {}).items()}
+        form = self.telling.read(question.number, {one.name: one.kind for one in question.form}, given)
+        reply = self._answering.answer(open_, option, form)
         self._view.catch_up()
         return with_keeping(f"{question.number} is answered: {option} by {waiting[0]}", reply)
 

@@ -1,15 +1,17 @@
-"""Events that people at this engine's desk tell of themselves: `picker.sos`, raised by `formiga event` or over HTTP.
+"""What people at this engine's desk tell in fields: their events (`picker.sos`, by `formiga event` or over HTTP), and forms.
 
 Agents with a wire of their own tell their events themselves.
 """
 
 from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
+from typing import Any
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.model import AgentType, Catalogue, Site
 from formiga_bt.lang.request.binding import bind_fields
+from formiga_bt.lang.types import Type
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
 from formiga_bt.transport.desk import DeskTransport
@@ -56,14 +58,23 @@ class Telling:
             known = ", ".join(kind.events)
             hint = f"events: {known}" if known else "the catalogue gives events to a type under events:"
             raise Refused("unknown_event", f"{kind.name} has no event '{event}'", hint, near=near)
-        values, problems, sources = bind_fields(event, types, fields, self._site, self._now())
+        values = self.read(event, types, fields)
+        self._desk.report_event(agent, event, {name: to_wire(value) for name, value in values.items()})
+        return f"{agent} reports {event}"
+
+    def read(self, what: str, types: Mapping[str, Type], fields: Mapping[str, str]) -> dict[str, Any]:
+        """Return the values of the fields of an event or a form, from texts as the language reads them.
+
+        Raises:
+            Refused: one is missing, unknown, or of another type; `what` says of what.
+        """
+        values, problems, sources = bind_fields(what, types, fields, self._site, self._now())
         if problems:
             texts = [render(problem, sources) for problem in problems]
             said = problems[0].message
-            text = said if said.startswith(f"{event} ") else f"{event}: {said}"
+            text = said if said.startswith(f"{what} ") else f"{what}: {said}"
             raise Refused("bad_fields", text, problems[0].help or "", texts)
-        self._desk.report_event(agent, event, {name: to_wire(value) for name, value in values.items()})
-        return f"{agent} reports {event}"
+        return values
 
     def _kind(self, agent: str) -> AgentType:
         with self._view.reading() as state:

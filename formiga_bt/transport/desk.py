@@ -18,6 +18,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES
+from formiga_bt.lang.forms import FormField, lack
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
@@ -36,6 +37,7 @@ from formiga_bt.transport.messages import (
     StatusArrived,
     TransportEvent,
     UpdateRequest,
+    to_wire,
 )
 
 MOST_OPEN: Final = 100
@@ -56,6 +58,8 @@ class ConfirmFields(Struct, frozen=True):
     """A text that says what happens then; never an answer."""
     attachments: tuple[Attachment, ...] = ()
     """The newest files of the task that asks."""
+    form: tuple[FormField, ...] = ()
+    """What is filled in with the answer."""
 
 
 class OpenQuestion(Struct, frozen=True, kw_only=True):
@@ -162,8 +166,14 @@ class DeskTransport:
                 return question
         return None
 
-    def answer(self, goal_id: str, option: str) -> str | None:
-        """Answer an open question. Return None, or the text of what is wrong (nothing is changed then)."""
+    def answer(self, goal_id: str, option: str, form: Mapping[str, Any] | None = None) -> str | None:
+        """Answer an open question. Return None, or the text of what is wrong (nothing is changed then).
+
+        Args:
+            goal_id: of the question.
+            option: one of its options.
+            form: what was filled in, by name, as runtime values.
+        """
         with self._lock:
             question = self.find(goal_id)
             if question is None:
@@ -171,9 +181,13 @@ class DeskTransport:
             if option not in question.ask.options:
                 choices = ", ".join(question.ask.options)
                 return f"bad_option: {option!r} is no answer to this question; choose from {choices}"
+            if missing := lack(question.ask.form, form or {}):
+                return f"bad_fields: {missing}"
             one = self._people[question.person]
             del one.questions[question.goal_id]
             result: dict[str, Any] = {"answer": option, "by": question.person, "at": one.side.engine_now()}
+            if question.ask.form:
+                result["form"] = to_wire(dict(form or {}))
             one.side.finish(question.goal_id, "succeeded", result=result)
         self._wake()
         self._on_change()

@@ -1029,6 +1029,7 @@ class NaiveTrees:
                 clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
                 clears_on=step.clears_on,
                 owner=at.key,
+                form=step.form,
             )
             host.ask(order)
             mem["question"] = order.id

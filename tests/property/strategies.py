@@ -273,6 +273,10 @@ class Writer:
             step["escalate_after"] = "1 s"
         if self.chance(40):
             step["expect"] = "result.answer == 'yes'"
+        if self.chance(15):
+            step["form"] = {"many": {"type": "int", "max": 10}}
+            if step.get("policy") != "all" and self.chance(50):
+                step["expect"] = "result.many > 1"
         if self.chance(20):
             step["save_as"] = self.save()
         return step

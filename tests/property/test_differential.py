@@ -72,7 +72,7 @@ def urgent(mission: Mission) -> Mission:
 
 def test_a_task_that_is_preempted_runs_as_in_the_naive_interpreter() -> None:
     preempted = 0
-    for mission in map(urgent, missions(40, 500, tasks=2)):
+    for mission in map(urgent, missions(60, 500, tasks=2)):
         ours = fly(mission)
         assert_equal(ours, fly(mission, NaiveTrees), mission)
         preempted += any(

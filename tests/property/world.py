@@ -63,7 +63,7 @@ actions:
     fields:
       question: {type: text}
       options: {list: text}
-    result: {answer: text, by: text, at: time}
+    result: {answer: text, by: text, at: time, form: any}
     repeatable: true
     typical: 500 ms
 """
@@ -213,6 +213,8 @@ class Scripted:
             options = request.fields["options"]
             answer = options[deed.n % len(options)]
             result = {"answer": answer, "by": self.agent, "at": self.world.scheduler.now()}
+            if request.fields.get("form"):
+                result["form"] = {"many": deed.n} if deed.n != 3 else {"many": 11}
         elif deed.end == "bad":
             result = {"ok": "perhaps", "n": "many"}
         if request.action in ("Haul", "Home"):  # whoever has hauled needs to be brought home

@@ -59,6 +59,15 @@ def command(
             help="What a person answers, one after another, for example picker_1=not_yet,loaded.", metavar="WHO=A,B"
         ),
     ] = None,
+    field: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--field",
+            "-f",
+            help="What people fill in a form, by the name of its field; may be repeated.",
+            metavar="NAME=VALUE",
+        ),
+    ] = None,
     profile: ProfileOption = "",
     limit: Annotated[
         float, typer.Option(help="Give up after so many hours of virtual time.", metavar="HOURS", min=0.01)
@@ -107,7 +116,10 @@ def command(
     from formiga_bt.show.history.runlog import RunLog
 
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
-    scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
+    filled = _filled(read_params(field or []), task, the_site, now)
+    rules = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
+    people = _people(the_site, world.catalogue) if filled else tuple(rules)
+    scripts = {who: [*rules.get(who, ()), {"match": "*", "form": filled}] if filled else rules[who] for who in people}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
     tasks = with_requested(task, lambda path: _checked(path, world)[0], the_site)
     rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs, start=now - SECOND if at else START)
@@ -178,7 +190,7 @@ def _answers(raw: dict[str, str], site: "Site", catalogue: "Catalogue") -> dict[
     Raises:
         UnusableFile: there is no such person, or nothing is answered.
     """
-    people = [a.id for a in site.agents.values() if a.type in catalogue.types and catalogue.types[a.type].human]
+    people = _people(site, catalogue)
     found = {}
     for who, text in raw.items():
         if who not in people:
@@ -187,6 +199,36 @@ def _answers(raw: dict[str, str], site: "Site", catalogue: "Catalogue") -> dict[
         if not all(found[who]):
             raise UnusableFile(f"--answer: '{who}={text}' lacks an answer; write for example {who}=not_yet,loaded")
     return found
+
+
+def _people(site: "Site", catalogue: "Catalogue") -> tuple[str, ...]:
+    types = catalogue.types
+    return tuple(a.id for a in site.agents.values() if a.type in types and types[a.type].human)
+
+
+def _filled(given: dict[str, str], task: "Task", site: "Site", now: "Micros") -> dict[str, Any]:
+    """Return what people fill in, by field, as wire values; each is of the type that the task's forms give it.
+
+    Raises:
+        UnusableFile: no form of the task has such a field, or its value does not fit.
+    """
+    if not given:
+        return {}
+    from formiga_bt.base.diagnostics import render
+    from formiga_bt.lang.model import Ask
+    from formiga_bt.lang.request.binding import bind_fields
+    from formiga_bt.rehearsal.cases.rules import all_steps
+    from formiga_bt.transport.messages import to_wire
+
+    fields = {one.name: one for step in all_steps(task) if isinstance(step, Ask) for one in step.form}
+    types = {name: one.kind for name, one in fields.items() if name in given}
+    values, problems, sources = bind_fields(
+        "--field", types or {n: one.kind for n, one in fields.items()}, given, site, now
+    )
+    faults = [fault for name, value in values.items() if (fault := fields[name].fault(value))]
+    if problems or faults:
+        raise UnusableFile("\n".join([render(one, sources) for one in problems] or faults))
+    return {name: to_wire(value) for name, value in values.items()}
 
 
 def _never_offered(rehearsal: "Rehearsal", answers: dict[str, list[str]]) -> list[str]:

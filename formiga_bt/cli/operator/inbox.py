@@ -40,13 +40,15 @@ def command(
 def answer_command(question: QuestionFact, option: str) -> str:
     """Return the command that answers a question; it says who answers where several people here are asked."""
     by = f" --by {question.here[0]}" if len(question.here) > 1 else ""
-    return f"formiga answer {question.number} {option}{by}"
+    form = "".join(f" -f {one.name}={one.type.upper()}" for one in question.form)
+    return f"formiga answer {question.number} {option}{by}{form}"
 
 
 def in_words(question: QuestionFact, now: Micros) -> str:
     """Return a question as people read it."""
     lines = [f"{question.number}  {question.text}"]
     lines.append(f"    options: {', '.join(question.options)}" + (f"   ({question.note})" if question.note else ""))
+    lines += [f"    fill in: {one.told}" + (f"   {one.help}" if one.help else "") for one in question.form]
     who = ", ".join(question.asked) or "nobody"
     here = "" if question.here else ", with their own apps"
     after = then(question.kind, question.if_no_answer)

@@ -8,11 +8,13 @@ from typing import Any
 import msgspec
 from msgspec.structs import replace
 
+from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import CancelGoal, NotifyPeople, SendGoal
 from formiga_bt.engine.kernel.records import PRIORITIES, Answer, GoalRecord, Question
 from formiga_bt.engine.kernel.timers import AcceptDue, EscalationDue
+from formiga_bt.lang.forms import lack
 from formiga_bt.nodes.run import AskOrder
 
 TTL_BEATS = 30
@@ -57,6 +59,7 @@ class People:
             if_no_answer=order.if_no_answer,
             clears=order.clears,
             clears_on=order.clears_on,
+            form=order.form,
             owner=order.owner,
             asked_at=core.now,
             order=core.count("asked"),
@@ -138,6 +141,8 @@ class People:
             "expires_us": question.expires_at,
             "if_no_answer": question.if_no_answer,
         }
+        if question.form:
+            fields["form"] = [msgspec.to_builtins(one) for one in question.form]
         task = core.state.tasks.get(question.task)
         if task is not None and task.files.found:
             fields["attachments"] = [msgspec.structs.asdict(one.file) for one in task.files.found[-SHOWN_FILES:]]
@@ -169,10 +174,14 @@ class People:
             core.emit(ch.QuestionPut(replace(question, again=(*question.again, goal.agent))))
             return None
         answer = goal.result.get("answer")
-        if goal.state != "succeeded" or answer not in question.options:
+        filled, wrong = _filled(question, goal.result.get("form")) if question.form else ({}, "")
+        if goal.state != "succeeded" or answer not in question.options or wrong:
             core.emit(ch.QuestionPut(replace(question, declined=(*question.declined, goal.agent))))
+            if wrong and goal.state == "succeeded":
+                text = f"{question.number} is not answered: {wrong}"
+                core.effect(NotifyPeople(text, (goal.agent,), "warning", question.task))
             return None
-        question = replace(question, answers=(*question.answers, Answer(goal.agent, str(answer), core.now)))
+        question = replace(question, answers=(*question.answers, Answer(goal.agent, str(answer), core.now, filled)))
         question = replace(question, reply=decide(question))
         core.emit(ch.QuestionPut(question))
         if question.reply is None:
@@ -197,7 +206,10 @@ class People:
 
 
 def decide(question: Question) -> "dict[str, object] | None":
-    """Return `{answer, by, at, all}` once the policy is met, else None. `all`: the common answer, or `mixed`."""
+    """Return `{answer, by, at, all}` and what was filled in, once the policy is met; else None.
+
+    `all`: the common answer, or `mixed`.
+    """
     answers = question.answers
     if not answers:
         return None
@@ -207,5 +219,15 @@ def decide(question: Question) -> "dict[str, object] | None":
     last = answers[-1]
     words = dict.fromkeys(a.answer for a in answers)
     answer = last.answer if question.policy == "any" or len(words) == 1 else "mixed"
-    every = tuple({"answer": a.answer, "by": a.by, "at": a.at} for a in answers)
-    return {"answer": answer, "by": last.by, "at": last.at, "all": every}
+    every = tuple({"answer": a.answer, "by": a.by, "at": a.at, **a.form} for a in answers)
+    own = last.form if question.policy == "any" else {}
+    return {"answer": answer, "by": last.by, "at": last.at, "all": every, **own}
+
+
+def _filled(question: Question, raw: Any) -> tuple[dict[str, Any], str]:
+    """Return what a person filled in, as runtime values, and what is wrong with it, or ""."""
+    try:
+        values = read_result({one.name: one.kind for one in question.form}, raw or {})
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        return {}, f"what was filled in cannot be read: {error}"
+    return values, lack(question.form, values)

@@ -15,6 +15,7 @@ from formiga_bt.base.machines import Mobility
 from formiga_bt.engine.kernel.causes import HoldCause, in_words
 from formiga_bt.engine.kernel.rule_records import RuleCause
 from formiga_bt.engine.kernel.timers import Timer
+from formiga_bt.lang.forms import FormField
 from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served, TaskOutcome
 from formiga_bt.safety.traffic import TakenArea
@@ -709,12 +710,14 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.state == "canceling" and self.cancel_why == STOPPED
 
 
-class Answer(Struct, frozen=True):
+class Answer(Struct, frozen=True, omit_defaults=True):
     """One person's answer."""
 
     by: str
     answer: str
     at: Micros
+    form: dict[str, Any] = {}
+    """What was filled in."""
 
 
 class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -737,6 +740,7 @@ class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
     if_no_answer: str = ""
     clears: str = ""
     clears_on: tuple[str, ...] = ()
+    form: tuple[FormField, ...] = ()
     owner: str = ""
     asked_at: Micros = 0
     answers: tuple[Answer, ...] = ()

@@ -11,13 +11,14 @@ Where YAML has a mapping with names of the author's own, this form has a list of
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, PARAM, ROLE, SUBTREE, Option
+from formiga_bt.lang.kinds import FORM, KINDS, MODIFIERS, PARAM, ROLE, SUBTREE, Option
 
 NAMED: Final[Mapping[str, tuple[Option, ...]]] = {
     "params": PARAM,
     "agents": ROLE,
     "with_agents": ROLE,
     "subtrees": SUBTREE,
+    "form": FORM,
 }
 """Mappings of the author's names to objects: lists of objects with `name`."""
 

@@ -10,6 +10,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
+from formiga_bt.lang.forms import FormField
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.needs import Param, Role
 
@@ -86,13 +87,14 @@ class Do(StepBase, frozen=True, kw_only=True):
 
 
 class Ask(StepBase, frozen=True, kw_only=True):
-    """Ask people; `{answer, by, at}`."""
+    """Ask people; `{answer, by, at}` and what the form holds."""
 
     question: Expr
     of: tuple[Who, ...]
     options: tuple[str, ...]
     policy: Literal["any", "all"] = "any"
     escalate_after: Expr | None = None
+    form: tuple[FormField, ...] = ()
     clears: Who | None = None
     clears_on: tuple[str, ...] = ()
     if_no_answer: Expr | None = None

@@ -6,9 +6,11 @@ Each function reads the keys of one step and returns its own part of the model; 
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.compiling import poison
+from formiga_bt.lang.forms import DONE, YES_NO
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import Expr, Who
+from formiga_bt.lang.steps.forms import read_form
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save
 from formiga_bt.lang.steps.who import find_action, read_held, read_who, site_role_names
 from formiga_bt.lang.text.document import Node, Scalar
@@ -31,7 +33,8 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
     """Read a question to people."""
     part: Part = {"question": _words(body, keys["ask"].value, "ask", "of: [ROLE] and options: [yes, no]")}
     part["of"] = _read_whom(body, keys["of"].value, "of", action="Confirm") if "of" in keys else ()
-    options = _read_options(body, keys)
+    part["form"] = form = read_form(body, keys)
+    options = _read_options(body, keys) if "options" in keys or not form else DONE
     part["options"] = options
     part["policy"] = keys.word("policy")
     if "escalate_after" in keys:
@@ -43,7 +46,7 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
         part["clears"], part["clears_on"] = _read_clears(body, keys["clears"].value, options)
     if "if_no_answer" in keys:
         part["if_no_answer"] = body.value(keys["if_no_answer"].value, TEXT, "if_no_answer")
-    result = records.answer(options, part["policy"])
+    result = records.answer(options, part["policy"], form)
     if "save_as" in keys:
         part["save_as"] = read_save(body, keys["save_as"].value, result)
     part["expect"] = read_expect(body, keys, result)
@@ -61,7 +64,7 @@ def _words(body: Body, node: Node, kind: str, others: str) -> Expr:
 
 def _read_options(body: Body, keys: Keys) -> tuple[str, ...]:
     if "options" not in keys:
-        return ("yes", "no")
+        return YES_NO
     node = keys["options"].value
     words = read_words(node, body.problems, "options")
     seen: dict[str, Scalar] = {}
@@ -71,7 +74,7 @@ def _read_options(body: Body, keys: Keys) -> tuple[str, ...]:
         seen.setdefault(word.text, word)
     if len(words) == 1 or (not words and getattr(node, "items", None) == ()):
         body.problems.add("E074", node.mark, "a question needs at least two options", "such as: options: [yes, no]")
-    return tuple(seen) or ("yes", "no")
+    return tuple(seen) or YES_NO
 
 
 def _read_clears(body: Body, node: Node, options: tuple[str, ...]) -> tuple[Who | None, tuple[str, ...]]:

@@ -28,6 +28,8 @@ class AnswerRule:
     answer: str
     """Empty: such a question is never answered."""
     after_s: float = 3.0
+    form: Mapping[str, Any] = field(default_factory=dict)
+    """What is filled in, as wire values; what it lacks the person gives as without a rule."""
     by: str = ""
     """Who says it; the others that are asked say nothing. Empty: whoever is asked."""
 

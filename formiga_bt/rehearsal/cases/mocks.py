@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from agents_sim.machine import Machine
+from agents_sim.person import Person
 from agents_sim.world import SimAgent, SimFleet
 from formiga_bt.base.clock import Scheduler, Timer, micros
 from formiga_bt.base.diagnostics import Mark
@@ -168,6 +169,9 @@ class _StandIn:
 
         def say() -> None:
             result = {"answer": rule.answer, "by": self._agent.spec.id, "at": self._mocks.scheduler.now()}
+            body = self._agent.body
+            if isinstance(body, Person):
+                result |= body.filled(request, rule.form)
             self._end(request, result)
 
         self._later(request, rule.after_s, say)

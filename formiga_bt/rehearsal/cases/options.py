@@ -44,6 +44,7 @@ AGENT: Final = (
 ANSWER: Final = (
     Option("ask", "text", "Which question: its number, or a part of its text.", required=True),
     Option("answer", "text", "What is answered."),
+    Option("fields", "map", "What is filled in of its form."),
     Option("by", "name", "Who answers, of those who are asked; the others say nothing. Without it: the first of them."),
     Option("never", "flag", "It is never answered (false)."),
     Option("after", "value", "How long it takes (3 s).", type="duration", least=0.0, default=3.0),

@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.model import Ask, Call, Role, Step, Task, WithAgents
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
@@ -87,7 +87,21 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
         book.nobody(by, people, "person")
         by = None
     said_by = by.text if by is not None else ""
-    return AnswerRule(mapping.mark, number, which.text, said.text if said is not None else "", after_s, said_by)
+    answer = said.text if said is not None else ""
+    form = {name: on_wire(value) for name, value in _filled(book, keys, asks).items()}
+    return AnswerRule(mapping.mark, number, which.text, answer, after_s, form, said_by)
+
+
+def _filled(book: Book, keys: Keys, asks: Sequence[Ask]) -> Mapping[str, Any]:
+    """Return what is filled in, as runtime values; the fields are those of all forms of the task."""
+    if "fields" not in keys:
+        return {}
+    fields = {one.name: one for ask in asks for one in ask.form}
+    values = book.fields(keys["fields"], {name: one.kind for name, one in fields.items()}, "form", "asks for")
+    for name, value in values.items():
+        if fault := fields[name].fault(value):
+            book.problems.add("E062", keys["fields"].value.mark, fault)
+    return values
 
 
 def read_order(book: Book, task: Task, at: Scalar, what: str) -> tuple[str, str] | None:

@@ -296,7 +296,7 @@ def _people(routes: FactRoutes, orders: ServiceOrders) -> None:
     @routes.post("/v1/inbox/{number}/answer", "people")
     def answer(number: str, body: b.AnswerBody) -> f.OrderDone:
         """Answer a question for a person who works at this engine's desk."""
-        return f.OrderDone(orders.answer(number, body.option, body.by))
+        return f.OrderDone(orders.answer(number, body.option, body.by, body.fields))
 
 
 def _engine(routes: FactRoutes, host: Host) -> None:

@@ -131,6 +131,8 @@ class AnswerBody(RequestBody):
 
     option: Id
     by: Name = ""
+    fields: dict[str, Any] = {}
+    """Of its form, by name: as text ("60 m", "camp") or JSON."""
 
 
 class EventBody(RequestBody):

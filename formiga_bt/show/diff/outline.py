@@ -203,6 +203,7 @@ class _Scope:
             case model.Ask():
                 people = values.names(who.name for who in step.of)
                 words = {"options": ", ".join(step.options), "clears_on": ", ".join(step.clears_on)}
+                words["form"] = ", ".join(one.told for one in step.form)
                 words["policy"] = step.policy if step.policy != "any" else ""
                 found = {"ask": self.value(step.question), "of": people}
                 found |= {key: values.text(said) for key, said in words.items() if said}

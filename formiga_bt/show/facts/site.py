@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.machines import MOVING, Mobility
+from formiga_bt.lang.forms import FormField
 from formiga_bt.show.facts.tree import Drawing, StepFact
 
 
@@ -232,6 +233,8 @@ class QuestionFact(Struct, frozen=True, kw_only=True):
     clears_on: tuple[str, ...] = ()
     files: tuple[FileFact, ...] = ()
     """The newest files of its task."""
+    form: tuple[FormField, ...] = ()
+    """What is filled in with the answer."""
 
 
 class LineFact(Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -187,4 +187,5 @@ def question_fact(state: EngineState, question: Question, desk: Collection[str] 
         clears=cleared_machine(question) or question.clears,
         clears_on=("clear",) if question.kind == "clearance" else question.clears_on,
         files=file_facts(state.tasks[question.task])[-SHOWN_FILES:] if question.task in state.tasks else (),
+        form=question.form,
     )

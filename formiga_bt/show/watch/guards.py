@@ -107,6 +107,8 @@ def _answer(order: WatchOrder, now: Now) -> OrderGuard:
 
 def cannot_answer(question: QuestionFact) -> str:
     """Return why a question cannot be answered here, or empty."""
+    if question.here and question.form:
+        return f"{question.number} has a form: formiga inbox shows the command that answers it"
     if question.here:
         return ""
     who = ", ".join(question.asked) or "nobody"

@@ -13,6 +13,24 @@ PICK_UP = [str(ROOT / "trees" / "pick_up.yaml"), "-p", "target=north_field", "-p
 Capture = pytest.CaptureFixture[str]
 
 
+def _form_file(folder: Path) -> str:
+    file = folder / "count.yaml"
+    file.write_text(
+        "formiga: 1\ntask: Count\nagents: {watcher: {type: watcher}}\nsteps:\n"
+        "  - {ask: 'How many?', of: [watcher], form: {many: {type: int, max: 9}, spot: place}, timeout: 9 min, save_as: got}\n"
+        "  - check: got.many == 7\n",
+        encoding="utf-8",
+    )
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("fields", "ends"), [((), 1), (("many=7", "spot=camp"), 0), (("many=10",), 2), (("more=1",), 2)]
+)
+def test_forms_are_filled_in_as_said(tmp_path: Path, fields: tuple[str, ...], ends: int) -> None:
+    assert run(["dryrun", _form_file(tmp_path), *(word for one in fields for word in ("--field", one))]) == ends
+
+
 def written(folder: Path, steps: str, agents: str = "") -> str:
     path = folder / "task.yaml"
     path.write_text(f"formiga: 1\ntask: Mine\n{agents}steps:\n{steps}")

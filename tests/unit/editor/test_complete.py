@@ -65,7 +65,7 @@ def test_a_new_step_may_be_of_any_kind_and_have_any_modifier(editor: Editor) -> 
 
 def test_a_step_offers_the_options_of_its_kind_that_it_has_not(editor: Editor) -> None:
     found = labels(editor, "    expect: result", "    |\n    expect: result")
-    assert found[:5] == ["options", "policy", "escalate_after", "clears", "if_no_answer"]
+    assert found[:6] == ["options", "form", "policy", "escalate_after", "clears", "if_no_answer"]
     assert not {"of", "timeout", "save_as", "expect"} & set(found)
 
 

@@ -33,7 +33,7 @@ actions:
     fields:
       question: {type: text}
       options: {list: text}
-    result: {answer: text, by: text, at: time}
+    result: {answer: text, by: text, at: time, form: any}
     repeatable: true
     concurrency: 1
     typical: 1 s

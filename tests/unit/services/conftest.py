@@ -37,6 +37,18 @@ steps:
   - notify: ${word} at ${height}
     to: [watcher]
 """,
+    "count.yaml": """\
+formiga: 1
+task: Count
+agents: {watcher: {type: watcher}}
+steps:
+  - ask: How many are there, and where?
+    of: [watcher]
+    form: {many: {type: int, min: 0}, spot: place}
+    timeout: 30 min
+    save_as: seen
+  - check: seen.many == 7 and distance(seen.spot, base) > 1 m
+""",
     "stay.yaml": """\
 formiga: 1
 task: Stay

@@ -324,6 +324,20 @@ def test_a_question_is_answered_at_the_desk(service: Service) -> None:
     assert service.get("/v1/inbox")["questions"] == []
 
 
+def test_a_form_is_filled_in_at_the_desk_with_what_fits(service: Service) -> None:
+    task_id = service.submit("Count")
+    service.wait(lambda: [q["shown"] for q in service.get("/v1/inbox")["questions"]] == [["watcher_1"]])
+    (question,) = service.get("/v1/inbox")["questions"]
+    assert [one["name"] for one in question["form"]] == ["many", "spot"]
+    path = "/v1/inbox/Q1/answer"
+    for fields in ({}, {"many": 7}, {"many": -1, "spot": "camp"}, {"many": "much", "spot": "camp"},
+                   {"many": 7, "spot": "nowhere"}, {"many": 7, "spot": "camp", "more": 1}):  # fmt: skip
+        wrong = service.refused("POST", path, {"option": "done", "fields": fields})
+        assert (wrong["status"], wrong["code"]) == (422, "bad_fields"), fields
+    service.post(path, {"option": "done", "fields": {"many": 7, "spot": "camp"}})
+    assert service.ends(task_id)["status"] == "SUCCEEDED"
+
+
 def test_one_question_at_a_time_is_shown(service: Service) -> None:
     service.submit("Ask")
     service.submit("Ask")
@@ -408,7 +422,7 @@ def test_health_and_library(service: Service) -> None:
         "telemetry",
     }
     library = service.get("/v1/library")
-    assert [t["task"] for t in library["tasks"]] == ["Ask", "Heavy", "Hello", "Sos", "Stay"]
+    assert [t["task"] for t in library["tasks"]] == ["Ask", "Count", "Heavy", "Hello", "Sos", "Stay"]
     assert [p["name"] for p in library["tasks"][2]["params"]] == ["target", "height"]
 
 

@@ -136,6 +136,15 @@ class TestAnswers:
         assert came.asked == ("Is it cold?", "Is it dark?")
         assert came.duration_s >= 12.0
 
+    @pytest.mark.parametrize(("fields", "told"), [("", "0"), (", fields: {many: 12}", "12")])
+    def test_a_form_is_filled_in_as_the_case_says_or_with_the_least(self, read: Read, fields: str, told: str) -> None:
+        ask = "ask: 'How many?', of: [watcher], form: {many: int, spot: place}, timeout: 9 min, save_as: got"
+        tree = f"agents: {{watcher: {{type: watcher}}}}\nsteps: [{{{ask}}}, {{notify: '${{got.many}}'}}]\n"
+        case = f"    answers: [{{ask: many, answer: done{fields}}}]\n    expect: {{notices: ['{told}']}}\n"
+        _, differs = outcome(read(case, tree))
+
+        assert differs == []
+
     def test_several_answers_to_one_text_come_one_after_another(self, read: Read) -> None:
         answers = "    answers: [{ask: buckets, answer: not_yet}, {ask: buckets, answer: loaded}]\n"
         came, differs = outcome(read(PICK_UP + answers + "    expect: {answers_asked: 2}\n", shipped="pick_up.yaml"))
