@@ -182,6 +182,8 @@ class StepReader(LeafReader):
         count = len(element.children)
         success = _number(element.get("success_count") or element.get("success_threshold"), -1)
         failure = _number(element.get("failure_count") or element.get("failure_threshold"), 1)
+        if success == failure == 1 < count and not element.get("_formiga_need"):
+            return {"race": self.steps(element.children)}
         need = element.get("_formiga_need") or ("all" if success in (-1, count) else str(success))
         need = need if need in ("all", "any") or need == str(success) else str(success)
         if need != "all":

@@ -344,6 +344,10 @@ class StepWriter:
 
     def _parallel(self, step: model.Parallel) -> XmlElement:
         children = [self.step(s) for s in step.steps]
+        if step.need == "first":
+            if any(may_skip(s) for s in step.steps):
+                self.findings.add("L12", step.mark, "a branch may be skipped: BT.CPP may then wait for ever")
+            return XmlElement("Parallel", {"success_count": "1", "failure_count": "1"}, children)
         if step.need == "all" and step.on_child_failure == "finish":
             return XmlElement("ParallelAll", {"max_failures": "1"}, children)
         if step.need == "all":

@@ -38,6 +38,7 @@ ROWS: Final = (
     Correspondence("`fallback` with `reactive`", "`ReactiveFallback`", "same"),
     Correspondence("`parallel`, `need: all`", '`ParallelAll max_failures="1"`', "same"),
     Correspondence("`parallel`, `need: all`, `cancel`", "`Parallel` with success_count -1, failure_count 1", "same"),
+    Correspondence("`race`", "`Parallel` with success_count 1, failure_count 1", "same"),
     Correspondence("`parallel`, `need: any` or `N`", "`Parallel` with success_count", "near", "L05, L12"),
     Correspondence("`if`", "`IfThenElse`", "same", "Without `else`: a child that is always skipped."),
     Correspondence(

@@ -189,6 +189,7 @@ _KINDS: Final = (
         "Branches at the same time.",
         (Option("need", "value", "How many must succeed: all, any or a number (all)."), _CHILD_FAILURE),
     ),
+    StepKind("race", "steps", "Branches at the same time; the first that ends decides, the others are stopped."),
     StepKind(
         "if",
         "cond",

@@ -1,8 +1,9 @@
-"""`parallel` and the parallel `for`: children at once, counted, decided once at the end of a visit.
+"""`parallel`, `race` and the parallel `for`: children at once, counted, decided once at the end of a visit.
 
 Ended children are never visited again. Success is looked at before failure: reaching `need` stops the rest and, when their
 goals have drained, succeeds. After a failure that puts `need` out of reach, `finish` waits for the others to end by themselves,
-`cancel` stops them. Of a `for` with `need` all items run. Skipped children do not count; all skipped = skipped.
+`cancel` stops them. Of a `for` with `need` all items run. Of a race the child that ends first decides, well or badly; of those
+that end in one visit the one that is written first. Skipped children do not count; all skipped = skipped.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +34,7 @@ class Gathering(Node, composites.Parallel):
     def __init__(self, step: model.Parallel | model.For) -> None:
         Node.__init__(self, step.title, step)
         self.need: int | str = step.need
-        self.cancels = step.on_child_failure == "cancel"
+        self.cancels = step.on_child_failure == "cancel" or step.need == "first"
         self.at_once: int | None = None
         self.states: list[str] = []
         self.first: Failure | None = None
@@ -112,14 +113,14 @@ class Gathering(Node, composites.Parallel):
             return left == 0 and FAILED not in self.states
         if self.all_run and left:
             return False
-        return done >= (1 if self.need == "any" else int(self.need))
+        return done >= (1 if self.need in ("any", "first") else int(self.need))
 
     def out_of_reach(self) -> bool:
         """Return whether it can no longer succeed."""
         done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
         if self.need == "all":
             return FAILED in self.states
-        return done + left < (1 if self.need == "any" else int(self.need))
+        return done + left < (1 if self.need in ("any", "first") else int(self.need))
 
     def _decide(self, run: Run) -> Status:
         left = self.states.count(RUNS) + self.states.count(WAITS)
@@ -190,7 +191,7 @@ class Gathering(Node, composites.Parallel):
 
 
 class ParallelNode(Gathering):
-    """`parallel`."""
+    """`parallel` and `race`."""
 
     kind: ClassVar[str] = "parallel"
 
@@ -205,6 +206,22 @@ class ParallelNode(Gathering):
     def on_enter(self, run: Run) -> Status:
         """Start all children."""
         return self.begin(run)
+
+    def may_start(self) -> bool:
+        """Return whether the next child may start: of a race none does once one has ended."""
+        return self.need != "first" or not self._winner()
+
+    def reached(self) -> bool:
+        """Return whether it succeeds now."""
+        return super().reached() if self.need != "first" else self._winner() == DONE
+
+    def out_of_reach(self) -> bool:
+        """Return whether it can no longer succeed."""
+        return super().out_of_reach() if self.need != "first" or not self._winner() else self._winner() == FAILED
+
+    def _winner(self) -> str:
+        """Return how the child ended that decides a race, or "": it is decided in the visit in which the first one ends."""
+        return next((state for state in self.states if state in (DONE, FAILED)), "")
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on where it was."""

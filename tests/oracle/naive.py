@@ -596,6 +596,8 @@ class NaiveTrees:
             mem.update(branches=["waits"] * len(at.step.steps), first=None)
         return self._at_once(at, mem)
 
+    _race = _parallel
+
     def _for(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         step = at.step
         assert isinstance(step, model.For)
@@ -627,6 +629,7 @@ class NaiveTrees:
             full = most is not None and branches.count("runs") >= most
             lost = most is not None and step.on_child_failure == "cancel" and self._lost(step, branches)
             won = isinstance(step, model.For) and bool(step.first) and bool(mem["gathered"])
+            won = won or (step.need == "first" and ("done" in branches or "failed" in branches))
             if state == "waits" and not full and not lost and not won:
                 branches[index] = "runs"
                 self._visit_branch(at, mem, index)
@@ -638,6 +641,12 @@ class NaiveTrees:
             mem["decided"] = (
                 Done() if mem["gathered"] or not branches else Done(mem["first"]) if mem["first"] else nothing
             )
+        elif step.need == "first":
+            ends = [index for index, state in enumerate(branches) if state in ("done", "failed")]
+            if not ends and left:
+                return None
+            bad = bool(ends) and branches[ends[0]] == "failed"
+            mem["decided"] = Done(mem["first"]) if bad else Done(skipped=not ends)
         elif self._won(step, branches):
             mem["decided"] = Done(skipped=bool(branches) and all(state == "skipped" for state in branches))
         elif self._lost(step, branches) and (left == 0 or step.on_child_failure == "cancel"):

@@ -189,6 +189,7 @@ class Writer:
             "guard",
             "parallel",
             "parallel",
+            "race",
         )
         blocks = (
             *blocks,
@@ -359,6 +360,9 @@ class Writer:
             (branch,) = self.within(depth - 1, 1, **limits)
             branches.append(branch)
         return {"parallel": branches, **self.needs(len(branches), "any")}
+
+    def _race(self, depth: int) -> dict[str, Any]:
+        return {"race": self._parallel(depth)["parallel"]}
 
     def needs(self, most: int, *words: str) -> dict[str, Any]:
         found: dict[str, Any] = {}

@@ -69,6 +69,41 @@ CASES: dict[str, Case] = {
         [{"fallback": [{"fail": "x", "code": "soon", "retry": {"attempts": 3, "delay": "2 s", "unless": ["soon"]}}, say("b")]}],
         {}, [], "SUCCEEDED", "", ["1 b"],
     ),
+    "race: the first that ends decides, well": (
+        [{"race": [after(3, say("a")), after(1, say("b")), {"wait": "5 s"}]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["2 b", "2 end"],
+    ),
+    "race: the first that ends decides, badly": (
+        [{"race": [after(3, say("a")), after(1, {"fail": "x", "code": "soon"}), {"wait": "5 s"}]}, say("end")],
+        {}, [], "FAILED", "failed:soon", [],
+    ),
+    "race: of those that end in one visit the one that is written first": (
+        [{"parallel": [after(1, COUNT), {"race": [
+            {"sequence": [{"wait_until": "n > 0"}, {"fail": "x", "code": "soon"}]},
+            {"sequence": [{"wait_until": "n > 0"}, say("b")]},
+        ], "timeout": "9 s"}]}],
+        {}, [], "FAILED", "failed:soon", ["2 b"],
+    ),
+    "race: a branch that ends at once keeps later ones from being started": (
+        [{"race": [{"wait": "1 s"}, {"check": "n < 1"}, say("never")]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 end"],
+    ),
+    "race: a skipped branch decides nothing": (
+        [{"race": [{**say("a"), "when": "n > 99"}, after(2, say("b"))]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["3 b", "3 end"],
+    ),
+    "race: skipped when all branches are": (
+        [{"fallback": [{"race": [{**say("a"), "when": "n > 99"}, {**say("b"), "when": "n > 99"}]}, say("c")]}],
+        {}, [], "SUCCEEDED", "", ["1 c"],
+    ),
+    "race: it ends when the goals of those that were stopped have ended": (
+        [{"race": [{"wait": "1 s"}, ONE]}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["4 end"],
+    ),
+    "race: what succeeds while it is stopped changes nothing": (
+        [{"race": [after(1, {"fail": "x", "code": "soon"}), ONE]}, say("end")],
+        {"c1": [Deed(end="succeeded", after=3.0, cancel="refuse")]}, [], "FAILED", "failed:soon", [],
+    ),
     "parallel: finish waits for the others, then fails with the first failure": (
         [{"parallel": [after(1, {"fail": "x", "code": "late"}), {"fail": "y", "code": "soon"}, after(3, say("b"))]}],
         {}, [], "FAILED", "failed:soon", ["4 b"],

@@ -58,9 +58,10 @@ def waits(step: Step) -> bool:
             return any(waits(child) for child in step.subtree.steps)
         case Loop() if step.every is not None:
             return True
+        case Parallel() if step.need == "first":
+            return all(waits(child) or child.when is not None for child in step.steps) and any(map(waits, step.steps))
         case Parallel():
-            need = {"all": len(step.steps), "any": 1}.get(str(step.need), step.need)
-            return sum(_is_sure(child) for child in step.steps) < int(need) and any(map(waits, step.steps))
+            return sum(_is_sure(child) for child in step.steps) < step.least and any(map(waits, step.steps))
         case Sequence() | Fallback() | Loop() | For() | Guard() | If() | Switch():
             return any(waits(child) for child in children(step))
         case Check() | Set() | Notify() | Fail() | BreakIf():

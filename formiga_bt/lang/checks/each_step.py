@@ -151,7 +151,13 @@ class StepChecks:
                     self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")
                 inner = bounded or step.timeout is not None or (step.retry is not None and step.retry.attempt_timeout)
                 last = step.finally_ if isinstance(step, Sequence) else ()
-                self.check(children(step)[: -len(last) or None], bounded=bool(inner), cleanup=cleanup)
+                inside = children(step)[: -len(last) or None]
+                if isinstance(step, Parallel) and step.need == "first":
+                    for child in inside:
+                        ended = any(_ends(other) for other in inside if other is not child)
+                        self.check((child,), bounded=bool(inner or ended), cleanup=cleanup)
+                else:
+                    self.check(inside, bounded=bool(inner), cleanup=cleanup)
                 self.check(last, bounded=False, cleanup=True)
 
     def _check_step(self, step: Step, bounded: bool) -> None:
@@ -233,3 +239,12 @@ class StepChecks:
             for name, do in lasting_orders(child):
                 if self._moves(self.actions.get(do.action)):
                     moved.setdefault(name, do.action)
+
+
+def _ends(step: Step) -> bool:
+    """Return whether a step ends by itself some time, so that another branch of a race need not."""
+    if step.timeout is not None:
+        return True
+    if isinstance(step, Ask | WaitUntil | WaitFor) or (isinstance(step, Loop) and step.forever):
+        return False
+    return all(_ends(child) for child in (step.subtree.steps if isinstance(step, Call) else children(step)))

@@ -102,7 +102,7 @@ def _lasts(step: Step) -> float:
         case Do() | Ask() | Release() | WithAgents() | WithResource() | Request() | WaitUntil() | WaitFor():
             return SLOW_S
         case Parallel():
-            return max(map(_lasts, step.steps), default=0.0)
+            return (min if step.need == "first" else max)(map(_lasts, step.steps), default=0.0)
         case If() | Switch():
             return max(map(_lasts, _inside(step)), default=0.0)
         case Call() | Sequence() | Fallback() | Loop() | For() | Guard():

@@ -47,7 +47,7 @@ def bodies(step: Step) -> list[tuple[Step, ...]]:
             found.append(value)
     if not found:
         return [(child,) for child in children(step)]
-    in_order = step.kind not in ("parallel", "fallback")
+    in_order = step.kind not in ("parallel", "race", "fallback")
     return found if in_order else [(child,) for body in found for child in body]
 
 

@@ -42,7 +42,7 @@ def check_unheard(steps: tuple[Step, ...], problems: Problems) -> None:
     """Report W170 for the steps of a body and what is inside them."""
     for step in steps:
         with problems.within(step.title):
-            if isinstance(step, Parallel):
+            if isinstance(step, Parallel) and step.need != "first":
                 _check(step, problems)
             check_unheard(children(step), problems)
 
@@ -76,11 +76,10 @@ def _check(step: Parallel, problems: Problems) -> None:
     lost = [child for child in step.steps if child.when is None and not can_succeed(child) and can_fail(child)]
     if not lost or len(lost) == len(step.steps):  # all of them fail: that is meant, or told as E043
         return
-    need = {"all": len(step.steps), "any": 1}.get(str(step.need), step.need)
-    if len(step.steps) - len(lost) >= int(need):
+    if len(step.steps) - len(lost) >= step.least:
         what = f"this branch can only fail, and nobody notices it: the others go on, need is {step.need}"
         help_ = "let it succeed where it is to end the parallel, and look afterwards which branch it was"
     else:
         what = "this branch can only fail, so the parallel never succeeds, even if the others are done"
-        help_ = "guard: round the others stops them when a condition fails; or need: any with a branch that succeeds"
+        help_ = "guard: round the others stops them when a condition fails; or race, which the first to end decides"
     problems.add("W170", lost[0].mark, what, help_)

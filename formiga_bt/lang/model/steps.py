@@ -192,11 +192,20 @@ class Release(StepBase, frozen=True, kw_only=True):
 
 
 class Parallel(StepBase, frozen=True, kw_only=True):
-    """Children at once. `need`: "all", "any" or a number; segments `parallel[i]`."""
+    """`parallel` and `race`: children at once; segments `parallel[i]` or `race[i]`.
+
+    `need`: "all", "any" or a number must succeed; "first" is a race: the child that ends first decides, well or badly.
+    """
 
     steps: tuple["Step", ...]
-    need: int | Literal["all", "any"] = "all"
+    need: int | Literal["all", "any", "first"] = "all"
     on_child_failure: Literal["finish", "cancel"] = "finish"
+
+    @property
+    def least(self) -> int:
+        """Return how many children must succeed: 1 of a race, too."""
+        words = {"all": len(self.steps), "any": 1, "first": 1}
+        return self.need if isinstance(self.need, int) else words[self.need]
 
 
 class Loop(StepBase, frozen=True, kw_only=True):

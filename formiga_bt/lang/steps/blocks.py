@@ -181,29 +181,54 @@ def read_guard(read: Readers, body: Body, keys: Keys) -> Part | None:
 
 def read_parallel(read: Readers, body: Body, keys: Keys) -> Part:
     """Read branches that run at once: none sees what another one saves, until all have ended."""
-    mark = keys["parallel"].key.mark
     items = read.items(body, keys["parallel"].value, "parallel")
     need = read_need(body, keys, len(items), "branches")
     cancel = read_child_failure(keys)
+    stopped = need != "all" or cancel == "cancel"
+    found, entry, ends = _read_branches(read, body, keys["parallel"].key, items, stopped=stopped)
+    if ends:
+        body.flow = _together(entry, ends, all_of=need == "all")
+    return {"steps": found, "need": need, "on_child_failure": cancel}
+
+
+def read_race(read: Readers, body: Body, keys: Keys) -> Part:
+    """Read branches of which the first to end decides: what each of them has made sure holds afterwards."""
+    key = keys["race"].key
+    items = read.items(body, keys["race"].value, "race")
+    found, _, ends = _read_branches(read, body, key, items, stopped=True)
+    if ends:
+        body.flow = join(*ends)
+    return {"steps": found, "need": "first"}
+
+
+def _read_branches(
+    read: Readers, body: Body, key: Scalar, items: tuple[Node, ...], *, stopped: bool
+) -> tuple[tuple[Step, ...], Flow, list[Flow]]:
+    """Return branches that run at once, what holds before them, and what holds at the end of each.
+
+    Args:
+        read: the readers of steps.
+        body: read into.
+        key: of the step.
+        items: the branches.
+        stopped: whether one branch may stop the others.
+    """
     _check_shared_writes(body, items)
     entry, around, volatile = body.flow.copy(), body.around, body.volatile
-    behind(body, "parallel", mark)
-    race = need != "all" or cancel == "cancel"
-    body.bounded += race
+    behind(body, key.text, key.mark)
+    body.bounded += stopped
     ends: list[Flow] = []
     found: list[Step] = []
     for index, item in enumerate(items):
         body.flow = entry.copy()
         body.volatile = volatile.union(*(writes(other) for other in items if other is not item))
-        step = read.step(body, item, f"parallel[{index}]")
+        step = read.step(body, item, f"{key.text}[{index}]")
         ends.append(body.flow)
         if step is not None:
             found.append(step)
-    body.bounded -= race
+    body.bounded -= stopped
     body.around, body.volatile = around, volatile
-    if ends:
-        body.flow = _together(entry, ends, all_of=need == "all")
-    return {"steps": tuple(found), "need": need, "on_child_failure": cancel}
+    return tuple(found), entry, ends
 
 
 def _together(entry: Flow, ends: list[Flow], *, all_of: bool) -> Flow:

@@ -80,6 +80,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "sequence": Sequence,
         "fallback": Fallback,
         "parallel": Parallel,
+        "race": Parallel,
         "if": If,
         "switch": Switch,
         "while": Loop,
@@ -248,8 +249,6 @@ def _fix_kind(node: Mapping_, key: Scalar, meant: str) -> Fix | None:
     """Return the fix of a word of another tool; None where another word in its place would mean something else."""
     if not meant:
         return None
-    if key.text == "race" and key.mark.col == node.mark.col:  # block style: its keys begin where it begins
-        return Fix(key.mark, f"need: any\n{' ' * (key.mark.col - 1)}parallel")
     value = next(entry.value for entry in node.entries if entry.key is key)
     if key.text == "wait_while" and isinstance(value, Scalar) and value.exact and not value.quoted and value.text:
         span = Mark(key.mark.file, key.mark.line, key.mark.col, value.mark.end_line, value.mark.end_col)
@@ -337,6 +336,7 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "sequence": partial(blocks.read_sequence, _INSIDE),
         "fallback": partial(blocks.read_fallback, _INSIDE),
         "parallel": partial(blocks.read_parallel, _INSIDE),
+        "race": partial(blocks.read_race, _INSIDE),
         "if": partial(blocks.read_if, _INSIDE),
         "switch": partial(switches.read_switch, _INSIDE),
         "while": partial(loops.read_while, _INSIDE),

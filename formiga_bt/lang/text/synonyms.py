@@ -35,7 +35,8 @@ KIND_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
         "leave": "break_if",
         "exit_if": "break_if",
         "stop_if": "break_if",
-        "race": "parallel",
+        "any_of_these": "race",
+        "first_of": "race",
         "concurrent": "parallel",
         "concurrently": "parallel",
         "simultaneously": "parallel",
@@ -107,7 +108,6 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
     {
         "else_if": "write else: with another `if` step in it",
         "elif": "write else: with another `if` step in it",
-        "race": "parallel with need: any",
         "in": "the lists stand under for: itself, as in for: {drone: ${drones}}",
         "continue": "there is no continue: put the rest of the round under if:, or give its steps when:",
         "until": "repeat: forever with until: (after a round) or break_if: (within it)",
@@ -120,7 +120,7 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
 """Help for the words whose mend is more than one word."""
 
 
-BY_HAND: Final = frozenset({"wait_while", "until", "do_while", "repeat_until", "race", "retries", "forever"})
+BY_HAND: Final = frozenset({"wait_while", "until", "do_while", "repeat_until", "retries", "forever"})
 """Synonyms whose mend is more than another word in their place: they are named, and no fix is offered for the word alone."""
 
 _DIGITS: Final = re.compile(r"\d+")

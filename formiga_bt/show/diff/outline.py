@@ -253,7 +253,7 @@ class _Scope:
         if isinstance(step, model.Sequence | model.Fallback) and step.reactive:
             words["reactive"] = "true"
         if isinstance(step, model.Parallel | model.For):
-            words["need"] = str(step.need) if step.need != "all" else ""
+            words["need"] = str(step.need) if step.need not in ("all", "first") else ""
             words["on_child_failure"] = step.on_child_failure if step.on_child_failure != "finish" else ""
         found: dict[str, FieldValue] = {}
         if isinstance(step, model.For):

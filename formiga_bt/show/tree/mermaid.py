@@ -24,6 +24,7 @@ DASHES: Final[Mapping[str, str]] = {"dashed": ",stroke-dasharray:6 4", "dotted":
 SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "fallback": ("{{", "}}"),
     "parallel": ("[/", "/]"),
+    "race": ("[/", "/]"),
     "if": ("{{", "}}"),
     "switch": ("{{", "}}"),
     "while": ("(", ")"),

@@ -44,6 +44,7 @@ BADGES: Final[Mapping[str, Badge]] = {
     "sequence": Badge("→", "box", "one after another"),
     "fallback": Badge("?", "octagon", "the first that succeeds"),
     "parallel": Badge("⇉", "parallelogram", "at the same time"),
+    "race": Badge("⇶", "parallelogram", "the first that ends"),
     "if": Badge("◇", "diamond", "choice"),
     "switch": Badge("◇", "diamond", "choice"),
     "while": Badge("↻", "circle", "again and again"),

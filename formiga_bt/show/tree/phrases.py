@@ -223,7 +223,7 @@ def _options(step: Step) -> list[str]:
             words = ["all at once"] if isinstance(step, model.For) and step.parallel else []
             if isinstance(step, model.For) and step.max_parallel is not None:
                 words = [f"{step.max_parallel} at a time"]
-            words += [f"need {step.need}"] if step.need != "all" else []
+            words += [f"need {step.need}"] if step.need not in ("all", "first") else []
             words += ["cancel after a failure"] if step.on_child_failure == "cancel" else []
             if isinstance(step, model.For) and step.gives:
                 words.append(f"collect {step.collect}" if step.collect else f"first {step.first}")

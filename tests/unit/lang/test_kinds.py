@@ -11,7 +11,7 @@ from formiga_bt.lang.text.synonyms import KEY_SYNONYMS, KIND_SYNONYMS, action_fo
 
 def test_the_table_has_every_kind_of_the_language() -> None:
     words = (
-        "do ask call request wait wait_until wait_for check set notify fail release sequence fallback parallel if switch "
+        "do ask call request wait wait_until wait_for check set notify fail release sequence fallback parallel race if switch "
         "while repeat for break_if guard with_agents with_resource"
     )
 

@@ -41,7 +41,7 @@ MENDS = [
     ("E004", "  - do: drone.TakeOff\n    timeot: 2 min", "    timeout: 2 min"),
     ("E004", "  - repeat: 2\n    parallel: true\n    steps: [{wait: 1 s}]", "    mode: parallel"),
     ("E006", "  - selector:\n      - wait: 1 s", "  - fallback:"),
-    ("E006", "  - race:\n      - wait: 1 s", "  - need: any\n    parallel:"),
+    ("E006", "  - first_of:\n      - wait: 1 s\n      - wait: 2 s", "  - race:"),
     ("E006", "  - wait_while: drone.airborne", "  - wait_until: not (drone.airborne)"),
     ("E008", "  - ask: Clear?\n    of: watcher", "    of: [watcher]"),
     ("E008", "  - wait: 1 s\n    retry: 3", "    retry: {attempts: 3}"),
@@ -83,7 +83,6 @@ LEFT = [
     ("E066", "  - do: drone.GoTo\n    with:\n      to: ${target}", "nobody said how high"),
     ("E006", "  - retries: 3\n    do: drone.TakeOff", "three tries, or three more"),
     ("E006", "  - until: drone.airborne", "a loop, or a wait"),
-    ("E006", "  - {race: [{wait: 1 s}]}", "need: any is written by hand there"),
 ]
 
 
