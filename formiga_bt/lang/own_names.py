@@ -16,7 +16,7 @@ def is_free(at: Scalar, problems: Problems) -> bool:
     if at.text in BUILT_IN:
         problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
         return False
-    if at.text in STANDARD.names():
+    if at.text in STANDARD.reserved():
         problems.add(
             "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
         )

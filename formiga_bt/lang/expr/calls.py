@@ -114,7 +114,14 @@ def _unify(arg: Arg, want: Type, value: Typed, have: Type, bound: dict[str, Type
         bound["$agent"] = join(bound.get("$agent", have), have) or ANY
         return None
     if want.name == "$item":
-        bound["$item"] = join(bound.get("$item", have), have) or ANY
+        joined = join(bound.get("$item", have), have)
+        if joined is None:
+            said = f"the items of a list are of one type, these are {in_words(bound['$item'])} and {in_words(have)}"
+            return Mismatch("E013", said)
+        bound["$item"] = joined
+        return None
+    if want.name == "$value":
+        bound["$value"] = have
         return None
     return None if fits(have, want) else mismatch(value, want, scope, arg.name)
 

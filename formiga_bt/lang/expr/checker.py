@@ -13,6 +13,8 @@ from formiga_bt.base.diagnostics import UnknownName
 from formiga_bt.lang.expr.calls import BoundCall, bind
 from formiga_bt.lang.expr.daytime import TODAY
 from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type
+from formiga_bt.lang.expr.helpers import Helper
+from formiga_bt.lang.expr.item_calls import ITEM_NAME, item_calls_code
 from formiga_bt.lang.expr.members import FLEET, fleet, read_of, type_read
 from formiga_bt.lang.expr.operands import Operands
 from formiga_bt.lang.expr.operators import (
@@ -60,6 +62,8 @@ class ExpressionChecker(Operands):
         super().__init__(parsed, scope, problems)
         self._told: set[str] = set()
         self._may_be_absent = may_be_absent
+        self._item: Typed | None = None
+        """The list over whose items the visit goes; None outside such a call."""
 
     def check(self) -> Typed:
         """Return the whole expression, typed and compiled."""
@@ -113,6 +117,8 @@ class ExpressionChecker(Operands):
         return self._name(node, token.text)
 
     def _name(self, node: ast.Name, name: str) -> Typed:
+        if self._item is not None and name == ITEM_NAME:
+            return self.part(node, self._item.type.item or ANY, name_code(name), self._item.reads)
         type_ = self.scope.type_of(name)
         if type_ is None:
             return self._unknown_name(node, name)
@@ -231,7 +237,13 @@ class ExpressionChecker(Operands):
             self.wrong(index, Mismatch("E013", f"an item's number is due an int, this is {in_words(index.type)}"))
             return self.poison(node, reads_of([base, index]))
         count = self.scope.counts.get(base.name)
-        if count is not None and index.is_const and not -count <= index.const < count:
+        if index.is_const and isinstance(index.const, int) and index.const < 0:
+            counted = (
+                f"last({base.source})" if index.const == -1 else f"{base.source}[len({base.source}) - {-index.const}]"
+            )
+            what = f"items are counted from 0, there is no [{index.const}]"
+            return self.bad(node, "E013", what, f"write {counted}", mended=counted, reads=base.reads)
+        if count is not None and index.is_const and not index.const < count:
             what = f"'{base.name}' has {count} item{'' if count == 1 else 's'}, there is no [{index.const}]"
             mend = f"the first is {base.name}[0], the last {base.name}[{count - 1}]"
             return self.bad(node, "E013", what, mend, reads=base.reads)
@@ -246,6 +258,8 @@ class ExpressionChecker(Operands):
             return self._is_set(node)
         if token.text == FLEET and self.scope.helpers.forms(FLEET):
             return self._fleet(node)
+        if any(form.each for form in self.scope.helpers.forms(token.text)):
+            return self._over_items(node, self.scope.helpers.forms(token.text)[0])
         positional = [self.visit(argument) for argument in node.args]
         keywords: dict[str, Typed] = {}
         for keyword in node.keywords:
@@ -275,6 +289,38 @@ class ExpressionChecker(Operands):
         if bound.helper.daily and not poisoned(*bound.args):
             return self.part(node, bound.returns, run, (*reads_of(bound.args), TODAY))
         return self.made(node, bound.returns, run, bound.args, pure=not bound.helper.needs_env)
+
+    def _over_items(self, node: ast.Call, helper: Helper) -> Typed:
+        """Check a call whose second argument is read for each item of the first."""
+        inner = [*node.args[1:], *(keyword.value for keyword in node.keywords)]
+        names = [self.parsed.token(one.arg).text for one in node.keywords if one.arg is not None]
+        if len(node.args) not in (1, 2) or len(inner) != 1 or names not in ([], [helper.args[1].name]):
+            such = (
+                f"such as: {helper.name}(finds, {helper.args[1].name}=...)"
+                if helper.name == "sort"
+                else helper.signature
+            )
+            return self.bad(node, "E012", f"{helper.name} takes a list, and what is read of each item", such)
+        if self._item is not None:
+            said = f"{helper.name} cannot stand in what is read of each item"
+            return self.bad(node, "E012", said, "save it before, with set")
+        if self.scope.type_of(ITEM_NAME) is not None:
+            said = f"'{ITEM_NAME}' is an item of the list here, and a name of this task"
+            return self.bad(node, "E012", said, "call it something else")
+        items = self.visit(node.args[0])
+        if items.type.name not in ("list", "any"):
+            self.wrong(items, Mismatch("E013", f"{helper.name} is due a list, this is {in_words(items.type)}"))
+            return self.poison(node, items.reads)
+        self._item, self.of_items = items, True
+        value = self.visit(inner[0])
+        self._item, self.of_items = None, False
+        bound = bind((helper,), [items, value], {}, self.scope)
+        if not isinstance(bound, BoundCall):
+            part, why = bound
+            self.wrong(part or items, why)
+            return self.poison(node, reads_of([items, value]))
+        run = item_calls_code(helper.run, items.run, value.run)
+        return self.made(node, bound.returns, run, [items, value], pure=False)
 
     def _fleet(self, node: ast.Call) -> Typed:
         argument = node.args[0] if len(node.args) == 1 and not node.keywords else None

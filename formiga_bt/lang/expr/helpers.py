@@ -2,8 +2,8 @@
 
 A helper declares its arguments as the author sees them; the checker binds and types a call before anything runs.
 Pseudo-types: `$point` (a place or a position, the same for all such arguments of one call), `$quantity` (a number,
-a quantity or a time), `$agent` (the result has the types of the argument), `$item` (of a list). A further helper is one
-`Helper` in the tuples below, or of a registry of one's own given to `Scope`.
+a quantity or a time), `$agent` (the result has the types of the argument), `$item` (of a list), `$value`
+(any). A further helper is one `Helper` in the tuples below, or of a registry of one's own given to `Scope`.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.lang.expr import daytime, members, region_shapes, shapes
+from formiga_bt.lang.expr import daytime, item_calls, members, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import (
     ANGLE,
@@ -37,6 +37,7 @@ AGENT: Final = Type("$agent")
 POINT: Final = Type("$point")
 QUANTITY: Final = Type("$quantity")
 ITEM: Final = Type("$item")
+VALUE: Final = Type("$value")
 
 
 class Arg(Struct, frozen=True):
@@ -63,6 +64,8 @@ class Helper(Struct, frozen=True):
     """Tells why a constant first argument is none, or ""."""
     looks_at: str = ""
     """Field of the agents given that it reads."""
+    each: bool = False
+    """Its second argument is read for each item of the first, under the name `item`; `run` gets the items and what was read."""
 
     @property
     def signature(self) -> str:
@@ -90,6 +93,10 @@ class Helpers:
         """Return the names of all helpers, with `is_set`, which the checker itself knows."""
         return (*self._forms, "is_set")
 
+    def reserved(self) -> tuple[str, ...]:
+        """Return the names that no author may give; `where` and its like are plain words, and only calls of them are calls."""
+        return tuple(name for name in self.names() if not any(form.each for form in self.forms(name)))
+
 
 def _floor_mod(a: float, b: float) -> float:
     if b == 0:
@@ -111,6 +118,12 @@ def _range(n: int) -> tuple[int, ...]:
     if not 0 <= n <= 1000:
         raise EvalError(f"range takes 0 to 1000, not {n}")
     return tuple(range(n))
+
+
+def _whole_list(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    if len(items) > item_calls.MOST_ITEMS:
+        raise EvalError(f"a list of {len(items)} items is too long, {item_calls.MOST_ITEMS} are the most")
+    return items
 
 
 def _end(which: int, name: str) -> Callable[[tuple[Any, ...]], Any]:
@@ -200,6 +213,20 @@ _NUMBERS: Final = (
     Helper("reverse", (_ITEMS,), list_of(ITEM), lambda items: items[::-1], "the list backwards"),
 )  # fmt: skip
 
+_LISTS: Final = (
+    Helper("where", (_ITEMS, Arg("holds", BOOL)), list_of(ITEM), item_calls.where,
+           "the items for which a condition over `item` holds: `where(finds, item.score > 3)`", each=True),
+    Helper("count", (_ITEMS, Arg("holds", BOOL)), INT, item_calls.count, "for how many items it holds", each=True),
+    Helper("each", (_ITEMS, Arg("value", VALUE)), list_of(VALUE), item_calls.each,
+           "what an expression over `item` gives for each: `each(finds, item.spot)`", each=True),
+    Helper("sort", (_ITEMS, Arg("by", QUANTITY)), list_of(ITEM), item_calls.ordered,
+           "the items from the least to the greatest `by`; equal ones stay in their order", each=True),
+    Helper("append", (_ITEMS, Arg("x", ITEM)), list_of(ITEM), lambda items, x: _whole_list((*items, x)),
+           "the list with one more item"),
+    Helper("concat", (_ITEMS, Arg("more", list_of(ITEM))), list_of(ITEM), lambda a, b: _whole_list((*a, *b)),
+           "both lists in one"),
+)  # fmt: skip
+
 _TIMES: Final = (
     Helper("today", (Arg("at", TEXT),), TIME, daytime.today, "this time of today, such as '06:30', in the site's time zone",
            needs_env=True, daily=True, refuses=daytime.why_no_time_of_day),
@@ -215,5 +242,5 @@ _FLEET: Final = (
            "to read and to ask, not to command", needs_env=True),
 )  # fmt: skip
 
-STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_TIMES, *_FLEET))
+STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_LISTS, *_TIMES, *_FLEET))
 """The helpers of the language."""

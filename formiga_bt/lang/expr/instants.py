@@ -65,6 +65,8 @@ def _midnight(env: Env) -> Micros:
 
 
 def _refused(compared: Compared, parsed: Parsed, volatile: frozenset[str]) -> str:
+    if compared.of_items:
+        return "the deadline of 'now' differs from item to item"
     types = {compared.left.type.name, compared.right.type.name}
     if not types & {"time", "duration"} or _slope(compared, parsed) not in (1, -1):
         return "'now' has no exact deadline here"

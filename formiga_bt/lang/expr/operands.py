@@ -141,7 +141,9 @@ class Operands(Parts):
             good = self._compared(node, op, left, right) and good
             runs.append(compare_code(op, left, right))
             if NOW in left.reads + right.reads:
-                self.compared.append(Compared(op, (sides[index], sides[index + 1]), left, right, runs[-1]))
+                self.compared.append(
+                    Compared(op, (sides[index], sides[index + 1]), left, right, runs[-1], self.of_items)
+                )
         if not good:
             return self.poison(node, reads_of(parts))
         return self.made(node, BOOL, runs[0] if len(runs) == 1 else all_code(runs), parts)

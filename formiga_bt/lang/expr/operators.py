@@ -201,10 +201,9 @@ def item_code(items: Run, index: Run) -> Run:
 
     def run(env: Env) -> Any:
         found, at = items(env), index(env)
-        try:
-            return found[at]
-        except IndexError:
-            raise EvalError(f"the list has {len(found)} items, there is no [{at}]") from None
+        if not 0 <= at < len(found):
+            raise EvalError(f"the list has {len(found)} items, there is no [{at}]")
+        return found[at]
 
     return run
 

@@ -59,6 +59,8 @@ class Compared(Struct, frozen=True):
     left: Typed
     right: Typed
     run: Run
+    of_items: bool = False
+    """It is read for each item of a list."""
 
 
 class Parts(ABC):
@@ -72,6 +74,8 @@ class Parts(ABC):
         """Names that are set for certain where the visit stands."""
         self.loose = False
         """Whether a value of type `any` took part, so that types are only known at run time."""
+        self.of_items = False
+        """Whether the visit is in what is read for each item of a list."""
         self.compared: list[Compared] = []
         """Every comparison that reads `now`."""
 

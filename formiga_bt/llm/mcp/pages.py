@@ -74,8 +74,8 @@ Rules that are broken most often:
 - People are asked by `ask` with `of: [role]`, `options` and `timeout`; `expect: result.answer == 'yes'` makes other answers
   a failure.
 - Kinds: do, ask, call, request, wait, wait_until, wait_for, check, set, notify, fail, release, sequence, fallback, parallel,
-  if, switch, while, repeat, for, break_if, guard, with_agents, with_resource. Modifiers: name, note, when, timeout, retry,
-  ignore_failure, critical.
+  race, if, switch, while, repeat, for, break_if, guard, with_agents, with_resource. Modifiers: name, note, when, timeout,
+  retry, ignore_failure, critical.
 - Sections after `steps`: `on_failure`, `on_abort`, `finally`.
 """
 

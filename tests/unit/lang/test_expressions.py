@@ -159,7 +159,7 @@ def value_problem(text, expected, scope=SCOPE, **more):
         ("1 < 2 < 3", BOOL, True),
         ("2 in [1, 2] and not false", BOOL, True),
         ("'a' if 1 > 2 else 'b'", TEXT, "b"),
-        ("[1 m, 2 m][-1]", DISTANCE, 2.0),
+        ("[1 m, 2 m][1]", DISTANCE, 2.0),
         ("30 %", PERCENT, 30.0),
         ("mod(10, 3)", INT, 1),
         ("true or 1 / 3 > 2", BOOL, True),

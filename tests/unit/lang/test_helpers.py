@@ -191,7 +191,7 @@ def test_the_registry_knows_every_helper_of_the_language(wording: Wording):
     wanted = (
         "above at_height offset toward distance bearing midpoint line circle polygon triangle zigzag lawnmower split "
         "split_by_area centroid area inside nearest ground len min max abs round sum mod range first last reverse is_set "
-        "today sunrise sunset fleet"
+        "where count each sort append concat today sunrise sunset fleet"
     )
     assert set(STANDARD.names()) == set(wanted.split())
     assert STANDARD.forms("nothing") == ()

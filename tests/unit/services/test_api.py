@@ -422,8 +422,9 @@ def test_health_and_library(service: Service) -> None:
         "telemetry",
     }
     library = service.get("/v1/library")
-    assert [t["task"] for t in library["tasks"]] == ["Ask", "Count", "Heavy", "Hello", "Sos", "Stay"]
-    assert [p["name"] for p in library["tasks"][2]["params"]] == ["target", "height"]
+    tasks = {one["task"]: one for one in library["tasks"]}
+    assert list(tasks) == ["Ask", "Count", "Heavy", "Hello", "Sos", "Stay"]
+    assert [p["name"] for p in tasks["Hello"]["params"]] == ["target", "height"]
 
 
 def test_openapi_describes_all_routes(service: Service) -> None:
