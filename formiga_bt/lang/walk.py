@@ -103,6 +103,22 @@ def steps_once(steps: Iterable[Step]) -> Iterator[Step]:
             queue += step.subtree.steps
 
 
+def all_steps(task: Task) -> Iterator[Step]:
+    """Iterate over the steps of a task and of the subtrees that it calls, each once."""
+    seen: set[Mark] = set()
+
+    def inside(steps: Iterable[Step]) -> Iterator[Step]:
+        for step in steps:
+            yield step
+            yield from inside(children(step))
+            if isinstance(step, Call) and step.subtree.mark not in seen:
+                seen.add(step.subtree.mark)
+                yield from inside(step.subtree.steps)
+
+    for section in (task.steps, task.on_failure, task.on_abort, task.finally_):
+        yield from inside(section)
+
+
 def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:
     """Iterate over all goals that a step may send, calls included, with the caller's name of the agent ("" if unknown)."""
     if isinstance(step, Do):

@@ -46,7 +46,7 @@ def specs_of(scenario: Scenario, *, with_base: bool = False) -> list[AgentSpec]:
             at=agent.at,
             battery=agent.battery,
             home=agent.home,
-            script=agent.answers,
+            script=tuple(map(_said, agent.answers)),
             limits={} if agent.charges else {"charge_percent_s": 0.0},
             chargers=chargers(scenario.site, scenario.catalogue.types[agent.type]),
             does=kind_of(scenario.catalogue, agent.type),
@@ -61,6 +61,11 @@ def specs_of(scenario: Scenario, *, with_base: bool = False) -> list[AgentSpec]:
         )
         for agent in scenario.agents
     ]
+
+
+def _said(answer: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return one answer of a script with what is filled in as wire values."""
+    return {**answer, "form": {name: on_wire(value) for name, value in answer.get("form", {}).items()}}
 
 
 def site_of(scenario: Scenario) -> Site:

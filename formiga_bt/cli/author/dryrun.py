@@ -217,7 +217,7 @@ def _filled(given: dict[str, str], task: "Task", site: "Site", now: "Micros") ->
     from formiga_bt.base.diagnostics import render
     from formiga_bt.lang.model import Ask
     from formiga_bt.lang.request.binding import bind_fields
-    from formiga_bt.rehearsal.cases.rules import all_steps
+    from formiga_bt.lang.walk import all_steps
     from formiga_bt.transport.messages import to_wire
 
     fields = {one.name: one for step in all_steps(task) if isinstance(step, Ask) for one in step.form}

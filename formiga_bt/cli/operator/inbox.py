@@ -40,7 +40,7 @@ def command(
 def answer_command(question: QuestionFact, option: str) -> str:
     """Return the command that answers a question; it says who answers where several people here are asked."""
     by = f" --by {question.here[0]}" if len(question.here) > 1 else ""
-    form = "".join(f" -f {one.name}={one.type.upper()}" for one in question.form)
+    form = "".join(f" -f {one.name}={'|'.join(one.values) or one.type.upper()}" for one in question.form)
     return f"formiga answer {question.number} {option}{by}{form}"
 
 

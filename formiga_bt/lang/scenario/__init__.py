@@ -38,6 +38,7 @@ from formiga_bt.lang.scenario.entries import (
     ScenarioTask,
 )
 from formiga_bt.lang.scenario.faults import read_faults
+from formiga_bt.lang.scenario.forms import with_forms
 from formiga_bt.lang.scenario.options import FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import RequestReader
@@ -152,7 +153,7 @@ def _read(
         site,
         catalogue,
         {one: task for one, task in asked.tasks.items() if task is not None},
-        tuple(agents),
+        with_forms(book, agents, filter(None, asked.tasks.values())),
         tuple(sorted(requests, key=lambda request: request.at)),
         tuple(sorted(faults, key=lambda fault: fault.at)),
         tuple(sorted(orders, key=lambda order: order.at)),

@@ -134,9 +134,12 @@ class _Agents:
     def _answer(self, mapping: Mapping_) -> Mapping[str, Any]:
         keys = read_keys(mapping, ANSWER, self.problems, "an answer")
         options, never = keys.words("options"), keys.flag("never")
-        if not never and not options:
-            self.problems.add("E008", mapping.mark, "an answer needs 'options' or 'never: true'", "options: [loaded]")
-        return {"match": keys.word("match"), "options": options, "after": keys.number("after"), "never": never}
+        fields = keys.get("fields")
+        if not never and not options and fields is None:
+            text = "an answer needs 'options', 'fields' or 'never: true'"
+            self.problems.add("E008", mapping.mark, text, "options: [loaded]")
+        said = {"match": keys.word("match"), "options": options, "after": keys.number("after"), "never": never}
+        return said if fields is None else {**said, "form": fields}
 
 
 def _touch(a: ScenarioAgent, b: ScenarioAgent) -> bool:

@@ -53,6 +53,7 @@ ANSWER: Final = (
     Option("options", "words", "The successive answers; the last one again and again."),
     Option("after", "value", "How long it takes (3 s).", type="duration", least=0.0, default=3.0),
     Option("never", "flag", "Such questions stay open."),
+    Option("fields", "map", "What is filled in, where the question has a form."),
 )
 TASK: Final = (
     Option("at", "value", "When it is submitted (0 s).", type="duration", least=0.0),

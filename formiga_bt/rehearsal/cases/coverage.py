@@ -12,11 +12,11 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import If, Step, Switch, Task
+from formiga_bt.lang.walk import all_steps
 from formiga_bt.nodes.base import Node, Status
 from formiga_bt.nodes.composites import IfNode, SwitchNode
 from formiga_bt.nodes.decorators import Modifier, WhenNode
 from formiga_bt.nodes.run import Run
-from formiga_bt.rehearsal.cases.rules import all_steps
 
 RECOVER: Final = "recover"
 """Sections whose name begins so bring machines home; their steps are no part of the task."""

@@ -8,9 +8,10 @@ from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Fail, Task
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_number, read_word, read_words, shorten
+from formiga_bt.lang.walk import all_steps
 from formiga_bt.rehearsal.cases.cases import GAP, Expect, GoalRule, Standing
 from formiga_bt.rehearsal.cases.options import EXPECT
-from formiga_bt.rehearsal.cases.rules import all_roles, all_steps, read_order
+from formiga_bt.rehearsal.cases.rules import all_roles, read_order
 
 
 def read_expect(book: Book, task: Task, goals: Sequence[GoalRule] = ()) -> Expect | None:

@@ -1,17 +1,18 @@
 """Reads `answers` of a case: how questions are answered, and what becomes of goals."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.model import Ask, Call, Role, Step, Task, WithAgents
+from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.model import Ask, Role, Task, WithAgents
 from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.forms import filled
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, shorten
 from formiga_bt.lang.text.synonyms import nearest
-from formiga_bt.lang.walk import children
+from formiga_bt.lang.walk import all_steps
 from formiga_bt.rehearsal.bodies import on_wire
 from formiga_bt.rehearsal.cases.cases import AnswerRule, GoalRule
 from formiga_bt.rehearsal.cases.options import ANSWER, GOAL
@@ -32,22 +33,6 @@ def read_rules(book: Book, task: Task) -> tuple[tuple[AnswerRule, ...], tuple[Go
             answer = _answer(book, task, mapping)
             answers += [answer] if answer is not None else []
     return tuple(answers), tuple(goals)
-
-
-def all_steps(task: Task) -> Iterator[Step]:
-    """Iterate over the steps of a task and of the subtrees that it calls, each once."""
-    seen: set[str] = set()
-
-    def inside(steps: Sequence[Step]) -> Iterator[Step]:
-        for step in steps:
-            yield step
-            yield from inside(children(step))
-            if isinstance(step, Call) and str(step.subtree.mark) not in seen:
-                seen.add(str(step.subtree.mark))
-                yield from inside(step.subtree.steps)
-
-    for section in (task.steps, task.on_failure, task.on_abort, task.finally_):
-        yield from inside(section)
 
 
 def all_roles(task: Task) -> Mapping[str, Role]:
@@ -88,20 +73,9 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
         by = None
     said_by = by.text if by is not None else ""
     answer = said.text if said is not None else ""
-    form = {name: on_wire(value) for name, value in _filled(book, keys, asks).items()}
+    values = filled(book, keys["fields"], asks) if "fields" in keys else {}
+    form = {name: on_wire(value) for name, value in values.items()}
     return AnswerRule(mapping.mark, number, which.text, answer, after_s, form, said_by)
-
-
-def _filled(book: Book, keys: Keys, asks: Sequence[Ask]) -> Mapping[str, Any]:
-    """Return what is filled in, as runtime values; the fields are those of all forms of the task."""
-    if "fields" not in keys:
-        return {}
-    fields = {one.name: one for ask in asks for one in ask.form}
-    values = book.fields(keys["fields"], {name: one.kind for name, one in fields.items()}, "form", "asks for")
-    for name, value in values.items():
-        if fault := fields[name].fault(value):
-            book.problems.add("E062", keys["fields"].value.mark, fault)
-    return values
 
 
 def read_order(book: Book, task: Task, at: Scalar, what: str) -> tuple[str, str] | None:

@@ -50,7 +50,7 @@ MENDS = [
     ("E010", "  - check: tagret == base", "  - check: target == base"),
     ("E011", "  - check: drone.batery > 30 %", "  - check: drone.battery > 30 %"),
     ("E012", "  - check: distence(target, base) < 5 m", "  - check: distance(target, base) < 5 m"),
-    ("E013", "  - check: [target, base][-1] == base", "  - check: last([target, base]) == base"),
+    ("E013", "  - check: triangle(target, 20 m)[-1] == base", "  - check: last(triangle(target, 20 m)) == base"),
     (
         "E014",
         "  - ask: Ok?\n    of: [watcher]\n    expect: result.answer == 'yess'",

@@ -1,6 +1,7 @@
 """Scenarios in virtual time: what they ship with ends as it says, faults come on time, equal seeds give equal runs."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from msgspec import structs
@@ -12,12 +13,19 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.kernel.causes import LockdownHold
-from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
+from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, NotifyPeople, Operator
 from formiga_bt.engine.kernel.records import GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.loader import load_catalogue
-from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, load_scenario
+from formiga_bt.lang.scenario import (
+    LoadedScenario,
+    Scenario,
+    ScenarioFault,
+    ScenarioOrder,
+    load_scenario,
+    load_scenario_text,
+)
 from formiga_bt.rehearsal.simulation import (
     Timetable,
     VirtualRun,
@@ -213,3 +221,38 @@ class Deaf:
     """A fleet on which faults have no effect."""
 
     def order(self, agent: str, order: object) -> None: ...
+
+
+def counted(fields: str, folder_: Path) -> LoadedScenario:
+    """A scenario in which a watcher fills in a form."""
+    (folder_ / "count.yaml").write_text(
+        "formiga: 1\ntask: Count\nagents: {watcher: {type: watcher}}\nsteps:\n"
+        "  - ask: How many crates?\n    of: [watcher]\n    options: [found, none_left]\n    timeout: 5 min\n"
+        "    form: {crates: {type: int, min: 0, max: 40}, spot: place}\n    save_as: seen\n"
+        "  - notify: ${seen.crates} crates, ${distance(seen.spot, base)} away\n"
+    )
+    text = f"""scenario: try
+site: demo-site.yaml
+agents:
+  - {{id: watcher_1, type: watcher, at: camp, person: {{answers: [{{options: [found], fields: {fields}}}]}}}}
+tasks:
+  - {{task: Count}}
+"""
+    return load_scenario_text(text, "x.yaml", folders=(folder_, folder("trees")))
+
+
+def test_what_people_fill_in_stands_in_the_scenario(tmp_path: Path) -> None:
+    scenario = counted("{crates: 12, spot: camp}", tmp_path).scenario
+    assert scenario is not None
+    virtual = VirtualRun(scenario)
+    assert virtual.run()
+    texts = [one.text for step in virtual.steps for one in step.effects if isinstance(one, NotifyPeople)]
+    virtual.close()
+    assert "12 crates, 50 m away" in texts
+
+
+@pytest.mark.parametrize(
+    ("fields", "code"), [("{crates: 41}", "E062"), ("{crate: 1}", "E022"), ("{spot: nowhere}", "E010")]
+)
+def test_what_no_form_asks_for_is_refused(fields: str, code: str, tmp_path: Path) -> None:
+    assert [one.code for one in counted(fields, tmp_path).diagnostics] == [code]

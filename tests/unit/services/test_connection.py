@@ -69,7 +69,8 @@ def connected(sock: socket.socket, says: bytes = b"") -> socket.socket:
     made = socket.socket(sock.family)
     made.settimeout(10)
     made.connect(sock.getsockname())
-    made.sendall(says)
+    with contextlib.suppress(BrokenPipeError):  # it may be closed already by who does not let us in
+        made.sendall(says)
     return made
 
 
