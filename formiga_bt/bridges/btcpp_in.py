@@ -272,8 +272,9 @@ class _Parts:
                 self.scope.known.add(self.scope.pointer(element.get("value")))
             elif not element.children and element.tag not in ("Agents", "Evaluate"):
                 self.reader.outputs(element)
-            if self.reader.is_task and element.tag in ("Script", "SetBlackboard", "Evaluate"):
-                key = self.scope.pointer(element.get("output_key")) or element.get("output_key")
+            if self.reader.is_task and element.tag in ("Script", "SetBlackboard", "UnsetBlackboard", "Evaluate"):
+                said = element.get("key") or element.get("output_key")
+                key = self.scope.pointer(said) or said
                 pointer = self.scope.pointer(element.get("value")) if element.tag == "Evaluate" else key
                 self.scope.known |= {clean(name) for name in (*assigned_names(element.get("code")), pointer) if name}
             if element.tag == "SubTree" and element.get("returns"):
@@ -290,8 +291,9 @@ class _Parts:
             if element.tag == "Agents":
                 self.roles = self.reader.roles(element)
             else:
+                typed = element.get("_formiga_type")
                 for name, value in self.scope.assignments(element):
-                    self.reader.vars[name] = value
+                    self.reader.vars[name] = unfold(typed) if typed else value
         self._sections(top.children[-1])
 
     def _sections(self, element: XmlElement) -> None:

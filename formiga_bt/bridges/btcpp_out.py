@@ -110,6 +110,8 @@ class _Exporter:
         for name, expr in task.vars.items():
             node = writer.assign(name, expr)
             node.attrs["_formiga"] = "var"
+            if expr.const is None:
+                node.attrs["_formiga_type"] = expr.source
             head.append(node)
         if task.roles:
             head.append(writer.agents("Agents", self.task.roles))

@@ -55,18 +55,18 @@ class LeafReader:
             return {"sequence": [{"set": {name: value}} for name, value in pairs]}
         return {"set": dict(pairs)}
 
-    _node_evaluate = _node_setblackboard = _node_script
+    _node_evaluate = _node_setblackboard = _node_unsetblackboard = _node_script
 
     def _declare(self, element: XmlElement, name: str, value: Any) -> None:
+        if value is None and not isinstance(self.vars.get(name), Mapping):
+            self.scope.report("X04", element, f"'{name}' needs its type", "give it one in vars, such as {type: place}")
+            self.vars[name] = {"type": "any"}
         if name in self.vars:
             return
         constant = not (isinstance(value, str) and "${" in value)
         self.vars[name] = value if constant else "0"
         if not constant:
             self.scope.report("X04", element, f"'{name}' needs a first value of its type", "give it one in vars")
-
-    def _node_unsetblackboard(self, element: XmlElement) -> Step:
-        return self._todo([self.scope.report("X02", element, "nothing is ever unset here")])
 
     def _node_ask(self, element: XmlElement) -> Step:
         step: Step = {"ask": self.scope.value(element.get("question"), element), "of": words(element.get("of"))}

@@ -132,6 +132,8 @@ class StepWriter:
 
     def assign(self, name: str, expr: Expr, factor: int = 1) -> XmlElement:
         """Return the node that computes a value into a blackboard entry; `factor` scales what scripts can compute."""
+        if expr.const is None:
+            return XmlElement("UnsetBlackboard", {"key": name})
         literal = self.texts.is_literal(expr)
         text = self.texts.number_port(expr, self.tree.names)
         code: str | None

@@ -66,6 +66,7 @@ ROWS: Final = (
     Correspondence("`wait_for`", "`WaitFor`", "own"),
     Correspondence("`check`", "`ScriptCondition`, else `Expression`", "near", "L08 if it has a message."),
     Correspondence("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
+    Correspondence("`set: {x: null}`", "`UnsetBlackboard`", "same", "A var that is declared by its type begins so."),
     Correspondence("`fail`", "`AlwaysFailure`", "near", "L08"),
     Correspondence("`expect`", "`Sequence` of the action and a condition", "same"),
     Correspondence("`when`", "`_skipIf`, else `When`", "same"),

@@ -134,7 +134,9 @@ class ImportScope:
         return found[0].value
 
     def assignments(self, element: XmlElement) -> list[tuple[str, Any]]:
-        """Return what a `Script`, `Evaluate` or `SetBlackboard` assigns: names and values of ours."""
+        """Return what a `Script`, `Evaluate`, `SetBlackboard` or `UnsetBlackboard` assigns: names and values of ours."""
+        if element.tag == "UnsetBlackboard":
+            return [(clean(self.pointer(element.get("key")) or element.get("key")), None)]
         if element.tag == "Evaluate":
             return [(clean(self.pointer(element.get("value")) or "value"), unfold(element.get("text")))]
         if element.tag == "SetBlackboard":

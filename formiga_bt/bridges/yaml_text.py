@@ -29,7 +29,7 @@ def flow(value: Any) -> str:
         )
     if isinstance(value, list):
         return "[" + ", ".join(flow(item) for item in value) + "]"
-    return _quoted(str(value), inside=True)
+    return "null" if value is None else _quoted(str(value), inside=True)
 
 
 def document(value: dict[str, Any]) -> str:
@@ -65,7 +65,7 @@ def _pair(key: str, item: Any, pad: str, lines: list[str]) -> None:
     elif isinstance(item, list):
         lines.append(f"{head} {flow(item)}")
     else:
-        lines.append(f"{head} {_quoted(str(item))}".rstrip())
+        lines.append(f"{head} {'null' if item is None else _quoted(str(item))}".rstrip())
 
 
 def _item(value: Any, pad: str, lines: list[str]) -> None:
@@ -90,7 +90,7 @@ def _quoted(text: str, *, inside: bool = False) -> str:
     odd = not _PLAIN.fullmatch(text) or ": " in text or " #" in text or text != text.strip() or text.endswith(":")
     if re.match(r"-?[\d.]", text):
         odd = ": " in text or " #" in text or text != text.strip() or text.endswith(":") or not text.isprintable()
-    if not text.isprintable():
+    if not text.isprintable() or text in ("null", "~"):
         odd = True
     if inside and _FLOW_ODD.search(text):
         odd = True

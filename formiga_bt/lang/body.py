@@ -56,7 +56,8 @@ class Body:
         self.heights: dict[str, str] = {}
         """Names that are heights at which an agent of the body flies -> that agent's name."""
         self.around: Around | None = None
-        self.rereads = 0
+        self.loop: Mark | None = None
+        """The nearest loop, whatever stands between."""
         self.bounded = 0
         """How many steps around this one are sure to end it: time-outs, guards, races."""
         self.volatile: frozenset[str] = frozenset()
@@ -65,8 +66,6 @@ class Body:
         """For the checks of a reactive step: what may be written while they are watched; None elsewhere."""
         self.gone: dict[str, tuple[str, str, str]] = {}
         """Names that had a value in a loop only -> code, message and help for a use outside."""
-        self.early: set[str] = set()
-        """Saved names that were read before the step that saves them."""
         self.optional: frozenset[str] = frozenset()
         self.vars: frozenset[str] = frozenset()
         self.every: dict[str, NamedValue] = {}
@@ -292,11 +291,10 @@ class Body:
             code, what, help_ = self.gone[name]
             return replace(diagnostic, code=code, message=what, help=help_, fix=None, about=None)
         if name in self.later and name not in self.flow.saved:
-            self.early.add(name)
-            what, help_ = (
-                f"'{name}' is used here before it is saved ({self.later[name].said})",
-                "save it in an earlier step",
-            )
+            what = f"'{name}' is used here before it is saved ({self.later[name].said})"
+            help_ = "save it in an earlier step"
+            if self.loop is not None and self.later[name].line > self.loop.line:
+                help_ = "what a round saves has no value in the next one; keep it in a var, with set"
             return replace(diagnostic, code="E019", message=what, help=help_, fix=None, about=None)
         return diagnostic
 

@@ -26,6 +26,10 @@ class Flow(Struct):
     released: dict[str, Mark] = field(default_factory=dict)
     """Roles given back on some path, and where."""
 
+    def first_saved(self, before: "Flow") -> tuple[str, ...]:
+        """Return the names that nothing had saved at an earlier point."""
+        return tuple(name for name in self.saved if name not in before.saved)
+
     def copy(self) -> "Flow":
         """Return a flow that may be changed on its own."""
         return Flow(dict(self.saved), self.sure, self.taken, self.dead, dict(self.released))

@@ -254,6 +254,11 @@ PARAM: Final[tuple[Option, ...]] = (
     Option("aliases", "words", "Other names under which callers may pass it."),
 )
 
+VAR: Final[tuple[Option, ...]] = (
+    Option("type", "name", "The type of a var that has no value yet; test is_set() before use.", required=True),
+    Option("values", "words", "Of an enum: what it may be."),
+)
+
 COUNT: Final[tuple[Option, ...]] = (
     Option("min", "value", "The fewest that will do (1).", type="int"),
     Option("max", "value", "The most that are taken, if so many are free.", type="int"),

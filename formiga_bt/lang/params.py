@@ -100,7 +100,7 @@ def _read_param(entry: Entry, world: World, problems: Problems) -> Param:
     if not long_form or not isinstance(node, Mapping_):
         return Param(name, _whole(read_type(node, problems), node.mark, problems), entry.key.mark)
     keys = read_keys(node, PARAM, problems, f"param '{name}'")
-    of = _with_details(keys, node, world, problems)
+    of = read_details(keys, node, world, problems)
     optional = keys.flag("optional")
     param = Param(
         name,
@@ -119,7 +119,8 @@ def _read_param(entry: Entry, world: World, problems: Problems) -> Param:
     return param
 
 
-def _with_details(keys: dict[str, Entry], node: Mapping_, world: World, problems: Problems) -> Type:
+def read_details(keys: dict[str, Entry], node: Mapping_, world: World, problems: Problems) -> Type:
+    """Return the type written as `type` with its `of` or `values`; ANY (reported) if it is none."""
     if "type" not in keys:
         return ANY
     of = read_type(keys["type"].value, problems)
@@ -161,15 +162,15 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
     if key == "default" and not found:
         warn_outside(expr, keys[key].value, world.site, problems)
     node = keys[key].value
-    return expr if isinstance(node, Scalar) else replace(expr, source=_written(node))  # what forms and drawings show
+    return expr if isinstance(node, Scalar) else replace(expr, source=written(node))  # what forms and drawings show
 
 
-def _written(node: Node) -> str:
+def written(node: Node) -> str:
     """Return a value on one line, as an author could write it; only a text that must be has quotes."""
     if isinstance(node, Listing):
-        return f"[{', '.join(map(_written, node.items))}]"
+        return f"[{', '.join(map(written, node.items))}]"
     if isinstance(node, Mapping_):
-        return f"{{{', '.join(f'{one.key.text}: {_written(one.value)}' for one in node.entries)}}}"
+        return f"{{{', '.join(f'{one.key.text}: {written(one.value)}' for one in node.entries)}}}"
     return (
         node.text
         if re.fullmatch(r"[^\s,:{}\[\]\"'](?:[^,:{}\[\]\"']*\S)?", node.text)

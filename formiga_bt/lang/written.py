@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 
 
 def scalars(node: Node) -> Iterator[Scalar]:
@@ -40,16 +40,29 @@ def writes(node: Node) -> frozenset[str]:
 
 def sets(node: Node) -> list[Scalar]:
     """Return the names of vars that the steps of a node assign, in file order."""
+    return [entry.key for entry in _assigned(node)]
+
+
+def empties(node: Node) -> frozenset[str]:
+    """Return the names of vars whose value the steps of a node take: `set: {best: null}`."""
+    return frozenset(entry.key.text for entry in _assigned(node) if is_null(entry.value))
+
+
+def is_null(node: Node) -> bool:
+    """Return whether a node is YAML's `null`."""
+    return isinstance(node, Scalar) and not node.quoted and node.text in ("~", "null")
+
+
+def _assigned(node: Node) -> Iterator[Entry]:
     if isinstance(node, Listing):
-        return [at for item in node.items for at in sets(item)]
-    if not isinstance(node, Mapping_):
-        return []
-    found: list[Scalar] = []
-    for entry in node.entries:
-        if entry.key.text == "set" and isinstance(entry.value, Mapping_):
-            found += [one.key for one in entry.value.entries]
-        elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
-            found += [at for case in entry.value.entries for at in sets(case.value)]
-        elif entry.key.text not in ("with", "retry", "clears", "form"):
-            found += sets(entry.value)
-    return found
+        for item in node.items:
+            yield from _assigned(item)
+    elif isinstance(node, Mapping_):
+        for entry in node.entries:
+            if entry.key.text == "set" and isinstance(entry.value, Mapping_):
+                yield from entry.value.entries
+            elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
+                for case in entry.value.entries:
+                    yield from _assigned(case.value)
+            elif entry.key.text not in ("with", "retry", "clears", "form"):
+                yield from _assigned(entry.value)

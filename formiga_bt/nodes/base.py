@@ -10,7 +10,7 @@ random number enters.
 """
 
 import uuid
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from typing import Any, ClassVar
 
 from py_trees import common
@@ -197,6 +197,12 @@ class Node(Behaviour):
             code=code, reason=reason, step=self.path, agent=agent, retryable=retryable, by_another=by_another
         )
         return FAILURE
+
+    def unset(self, run: Run, names: Sequence[str]) -> None:
+        """Take the value of each of these names of its scope that has one."""
+        for name in names:
+            if run.env(self.scope).is_set(name):
+                run.set_var(self.scope, name, None)
 
     def fail_as(self, failure: Failure | None) -> Status:
         """Fail with a child's failure."""

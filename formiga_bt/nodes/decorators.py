@@ -238,6 +238,8 @@ class RetryNode(Modifier):
         while True:
             self.mem = replace(self.mem, attempt=number, waiting=False, had=())
             self.remember(run, self.mem)
+            if number > 1 and self.step_model is not None and self.step_model.retry is not None:
+                self.unset(run, self.step_model.retry.fresh)
             self.child.enter(run, f"{self.path}@{number}", self.scope)
             status = self.child_ended(run)
             if status is not RUNNING or self.child.status is RUNNING or self.mem.waiting:

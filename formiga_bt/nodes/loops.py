@@ -41,6 +41,8 @@ class Rounds(Chain):
     times: ClassVar[bool] = True
     word: ClassVar[str] = "repeat"
     state: LoopMem
+    fresh: tuple[str, ...]
+    """Names that have no value when a round begins."""
 
     def place(self, index: int) -> str:
         """Return the path of a step in this round."""
@@ -75,6 +77,7 @@ class Rounds(Chain):
             self.state = replace(self.state, round_at=run.clock, waiting=False)
             self.breaking = False
             run.spend()
+            self.unset(run, self.fresh)
             status = self.start_chain(run)
             if status is RUNNING:
                 return RUNNING
@@ -144,6 +147,7 @@ class LoopNode(Rounds):
     def __init__(self, step: model.Loop, children: Sequence[Node]) -> None:
         Node.__init__(self, step.title, step)
         self.step = step
+        self.fresh = step.fresh
         self.state = LoopMem(1, waiting=True)
         adopt_children(self, children)
 
@@ -199,6 +203,7 @@ class ForNode(OverItems, Rounds):
     def __init__(self, step: model.For, children: Sequence[Node]) -> None:
         Node.__init__(self, step.title, step)
         self.step = step
+        self.fresh = step.fresh
         self.state = LoopMem(1, waiting=True)
         adopt_children(self, children)
         self._needs = None if step.need == "all" else int(step.need)
@@ -246,7 +251,7 @@ class ForNode(OverItems, Rounds):
         if not env.is_set(name):
             return ()
         value = env.name(name)
-        run.set_var(self.scope, name, None)
+        self.unset(run, (name,))
         return (value,)
 
     def finish(self, run: Run) -> Status:

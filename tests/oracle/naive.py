@@ -398,7 +398,7 @@ class NaiveTrees:
             mem["attempts"] = int(retry.attempts.run(env))
             mem["delay"] = micros(retry.delay.run(env)) if retry.delay else 0
             mem["backoff"] = float(retry.backoff.run(env)) if retry.backoff else 1.0
-            mem["attempt"], mem["waiting"] = 1, False
+            mem["attempt"], mem["waiting"], mem["begun"] = 1, False, 1
             mem["had"], mem["culprits"] = (), ()
         while True:
             if mem["waiting"]:
@@ -407,6 +407,9 @@ class NaiveTrees:
                 host.clear_deadline(at.key)
                 mem["waiting"] = False
                 mem["attempt"] += 1
+            if mem["attempt"] > 1 and mem["begun"] < mem["attempt"]:
+                self._unset(at, *retry.fresh)
+            mem["begun"] = mem["attempt"]
             done = self.visit(at.inner(mem["attempt"]))
             if done is None or done.failure is None:
                 return done
@@ -760,6 +763,7 @@ class NaiveTrees:
                     return self._end_of_loop(at, mem, left=False)
                 mem.update(running=True, began=self.host.clock, index=0, ran=False)
                 self.host.spend()
+                self._unset(at, *at.step.fresh)
             done = self._in_order(self._children(at, mem), mem)
             if done is None:
                 return None

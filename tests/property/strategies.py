@@ -117,6 +117,8 @@ class Writer:
         conds += [f"{self.seen[0]}.airborne", f"not {self.seen[-1]}.airborne", "10 // (n - 2) > 3"]
         conds += ["len(fleet('cart')) == 3", "first(fleet('cart')).airborne"]
         conds += [f"{name} < 2" for name in self.rounds]
+        if not self.inside:
+            conds += ["is_set(kept)", "is_set(kept) and kept < 2"]
         if self.errors:
             conds += ["error.code == 'timeout'", "error.code != 'check'"]
         return str(self.pick(*conds))
@@ -292,7 +294,10 @@ class Writer:
         return step
 
     def _set(self, depth: int) -> dict[str, Any]:
-        return {"set": self.pick({"n": "${n + 1}"}, {"n": "${n + 1}", "flag": "${n > 0}"}, {"flag": "${not flag}"})}
+        kept = {"kept": self.pick("${n}", None)}
+        return {
+            "set": self.pick({"n": "${n + 1}"}, {"n": "${n + 1}", "flag": "${n > 0}"}, {"flag": "${not flag}"}, kept)
+        }
 
     def _notify(self, depth: int) -> dict[str, Any]:
         return {"notify": "Here is ${n}", "severity": self.pick("info", "warning")}
@@ -540,7 +545,7 @@ def task_text(dice: Random, name: str = "Random") -> str:
     task: dict[str, Any] = {
         "formiga": 1,
         "task": name,
-        "vars": {"n": "${0}", "flag": "${1 > 2}"},
+        "vars": {"n": "${0}", "flag": "${1 > 2}", "kept": {"type": "int"}},
         "params": {
             "t5": {"type": "time", "default": "1970-01-12T13:46:45Z"},
             "t9": {"type": "time", "default": "1970-01-12T13:46:49Z"},

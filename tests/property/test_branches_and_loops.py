@@ -39,7 +39,7 @@ def text_of(task: dict[str, Any]) -> str:
         "formiga": 1,
         "task": "Edge",
         "params": {"t5": {"type": "time", "default": "1970-01-12T13:46:45Z"}},
-        "vars": {"n": "${0}", "flag": "${1 > 2}"},
+        "vars": {"n": "${0}", "flag": "${1 > 2}", "kept": {"type": "int"}},
         "agents": {"one": {"type": "cart"}, "two": {"type": "cart"}},
     }
     return json.dumps({**head, **task}, indent=1)
@@ -64,6 +64,41 @@ CASES: dict[str, Case] = {
     "retry: unless names what is not tried again": (
         [{**ONE, "retry": {"attempts": 3, "unless": ["stuck"]}}, say("end")],
         {"c1": [Deed(end="rejected"), Deed(end="failed"), Deed()]}, [], "FAILED", "failed:stuck", [],
+    ),
+    "repeat: what a round saved has no value in the next one": (
+        [COUNT, {"repeat": 2, "steps": [
+            {"do": "one.Move", "save_as": "got", "when": "n == 1"}, {**say("a"), "when": "is_set(got)"}, COUNT]},
+            {**say("b"), "when": "is_set(got)"}],
+        {"c1": [Deed()]}, [], "SUCCEEDED", "", ["2 a"],
+    ),
+    "while: what a round saved has no value in the next one, in a loop inside either": (
+        [{"while": "n < 2", "steps": [
+            {"for": {"i": "${[1, 2]}"}, "steps": [
+                {"do": "one.Move", "save_as": "got", "when": "n == 0 and i == 1"}, {**say("a"), "when": "is_set(got)"}]},
+            COUNT]}],
+        {"c1": [Deed()]}, [], "SUCCEEDED", "", ["2 a"],
+    ),
+    "repeat: what was saved before the loop keeps its value": (
+        [{"do": "one.Move", "save_as": "got", "when": "n < 9"}, {"repeat": 2, "steps": [
+            {**say("${got.n}"), "when": "is_set(got)"}]}],
+        {"c1": [Deed()]}, [], "SUCCEEDED", "", ["2 =1", "2 =1"],
+    ),
+    "repeat: after the loop a name has the value of the last round": (
+        [{"repeat": 2, "steps": [{"do": "one.Move", "save_as": "got"}]}, say("${got.n}")],
+        {"c1": [Deed(n=4), Deed(n=5)]}, [], "SUCCEEDED", "", ["3 =5"],
+    ),
+    "set: a var without a value has one once it is set, and none after null": (
+        [{"repeat": 2, "steps": [
+            {**say("a"), "when": "is_set(kept)"}, {"wait": "1 s"}, {"set": {"kept": "${n + 4}"}}, COUNT]},
+         say("${kept}"), {"set": {"kept": None}}, {**say("b"), "when": "is_set(kept)"}],
+        {}, [], "SUCCEEDED", "", ["2 a", "3 =5"],
+    ),
+    "retry: what an attempt saved has no value in the next one": (
+        [{"sequence": [
+            {"do": "one.Move", "save_as": "got", "when": "n == 0"}, {**say("a"), "when": "is_set(got)"},
+            COUNT, {"check": "n > 1"}],
+          "retry": {"attempts": 2, "delay": "1 s"}}],
+        {"c1": [Deed()]}, [], "SUCCEEDED", "", ["2 a"],
     ),
     "retry: what a fail step says is a code, too": (
         [{"fallback": [{"fail": "x", "code": "soon", "retry": {"attempts": 3, "delay": "2 s", "unless": ["soon"]}}, say("b")]}],

@@ -38,6 +38,8 @@ class Retry(Struct, frozen=True):
     """Reason codes after which it tries again; none: after each."""
     unless: tuple[str, ...] = ()
     """Reason codes after which it does not."""
+    fresh: tuple[str, ...] = ()
+    """Names that an attempt saves: they have no value when the next one begins."""
 
     def covers(self, code: str) -> bool:
         """Return whether it is meant for failures with this reason code; `failed` names each `failed:<code>`, too."""
@@ -225,6 +227,8 @@ class Loop(StepBase, frozen=True, kw_only=True):
     until: Expr | None = None
     every: Expr | None = None
     max: Expr | None = None
+    fresh: tuple[str, ...] = ()
+    """Names that a round saves: they have no value when the next one begins."""
 
 
 class For(StepBase, frozen=True, kw_only=True):
@@ -242,6 +246,8 @@ class For(StepBase, frozen=True, kw_only=True):
     collect: str = ""
     first: str = ""
     """The name that an item saves to win: the others are stopped then, and the loop ends well with that value."""
+    fresh: tuple[str, ...] = ()
+    """Names that a round saves: they have no value when the next one begins. Of items at once each has its own."""
 
     @property
     def gives(self) -> str:

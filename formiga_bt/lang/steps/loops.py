@@ -1,11 +1,7 @@
 """Loops with a condition, a number or a duration: while, repeat; and what any loop does to the names of its body.
 
-A round may read what an earlier one saved, after `is_set`; such a body is read twice, the second time with those names.
+What a round saves has no value when the next one begins; what is to last longer is a var.
 """
-
-from typing import Any, Final
-
-from msgspec.structs import replace
 
 from formiga_bt.base.diagnostics import Fix
 from formiga_bt.base.units import parse_quantity
@@ -15,16 +11,12 @@ from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
 from formiga_bt.lang.keyed import Keys
-from formiga_bt.lang.model import Expr, Step
+from formiga_bt.lang.model import Expr
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import what_is
 from formiga_bt.lang.types import ANY, DURATION, INT
-from formiga_bt.lang.written import saves
-
-_MOST_REREADS: Final = 50
-
 
 # --- while, repeat -----------------------------------------------------------------------------------------------
 
@@ -116,7 +108,8 @@ def _read_rounds(read: Readers, body: Body, keys: Keys, kind: str) -> tuple[Part
         )
     if "max" in keys:
         part["max"] = _at_least(body, body.value(keys["max"].value, INT, "max"), 0, "max", "at least 1")
-    part["steps"], outs = read_body(read, body, keys, Around(keys[kind].key.mark, []))
+    steps, outs = read_body(read, body, keys, Around(keys[kind].key.mark, []))
+    part |= steps
     if "until" in keys:
         until = body.cond(keys["until"].value, "until")
         part["until"] = until
@@ -141,26 +134,16 @@ def leave(body: Body, outs: list[Flow]) -> None:
 # --- the body of any loop ----------------------------------------------------------------------------------------
 
 
-def read_body(read: Readers, body: Body, keys: Keys, around: Around) -> tuple[tuple[Step, ...], list[Flow]]:
-    """Read the steps of a loop; return them and the flows at its `break_if`s."""
+def read_body(read: Readers, body: Body, keys: Keys, around: Around) -> tuple[Part, list[Flow]]:
+    """Read the steps of a loop; return them as a part of the model, and the flows at its `break_if`s."""
     if "steps" not in keys:
-        return (), []
-    node, outer = keys["steps"].value, body.around
-    entry, kept = body.flow.copy(), _keep(body)
-    body.around = around
-    steps = read.steps(body, node, "steps", "steps")
-    first = body.flow
-    early = body.early & {at.text for at in saves(node)}
-    if early and body.rereads < _MOST_REREADS:
-        _put_back(body, kept)
-        body.rereads += 1
-        earlier = {name: named for name, named in first.saved.items() if name not in entry.saved}
-        body.flow = Flow({**entry.saved, **earlier}, entry.sure, entry.taken, released=dict(entry.released))
-        body.around = around = replace(around, exits=[])
-        steps = read.steps(body, node, "steps", "steps")
-    body.around = outer
+        return {"steps": ()}, []
+    entry, outer, loop = body.flow.copy(), body.around, body.loop
+    body.around, body.loop = around, around.mark
+    steps = read.steps(body, keys["steps"].value, "steps", "steps")
+    body.around, body.loop = outer, loop
     _check_released(body, entry, around)
-    return steps, around.exits
+    return {"steps": steps, "fresh": body.flow.first_saved(entry)}, around.exits
 
 
 def _check_released(body: Body, entry: Flow, around: Around) -> None:
@@ -169,13 +152,3 @@ def _check_released(body: Body, entry: Flow, around: Around) -> None:
         if name not in entry.released and name not in body.items:
             what = f"'{name}' is released in the loop at {around.mark.said}: its next round no longer holds it"
             body.problems.add("E023", mark, what, "release it after the loop")
-
-
-def _keep(body: Body) -> tuple[Any, ...]:
-    needs = {name: dict(actions) for name, actions in body.needs.items()}
-    found = (list(body.problems.found), dict(body.every), set(body.used), needs, body.dropped, dict(body.gone))
-    return (*found, set(body.early))
-
-
-def _put_back(body: Body, kept: tuple[Any, ...]) -> None:
-    body.problems.found[:], body.every, body.used, body.needs, body.dropped, body.gone, body.early = kept

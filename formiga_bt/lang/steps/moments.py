@@ -16,6 +16,7 @@ from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.steps.who import read_held
 from formiga_bt.lang.text.reading import did_you_mean, read_mapping, read_text, shorten
 from formiga_bt.lang.types import ANY
+from formiga_bt.lang.written import is_null
 
 _CODE: Final = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -41,7 +42,16 @@ def read_set(body: Body, keys: Keys) -> Part | None:
     assign: dict[str, Expr] = {}
     for entry in mapping.entries if mapping is not None else ():
         name = entry.key.text
+        if name in body.vars and is_null(entry.value):
+            of = body.names[name].type
+            assign[name] = Expr("null", of, entry.value.mark, lambda _env: None, const=None)
+            if name not in body.optional:
+                what = f"'{name}' has a value from the beginning, which null cannot take"
+                help_ = f"declare it by its type: {name}: {{type: {of.name}}}"
+                body.problems.add("E013", entry.value.mark, what, help_)
+            continue
         if name in body.vars:
+            body.flow.sure |= {name}
             assign[name] = body.value(entry.value, body.names[name].type, name)
             if assign[name].type.is_foreign:
                 body.names[name] = replace(body.names[name], type=assign[name].type)

@@ -38,7 +38,8 @@ def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
         _check_sets(body, keys["steps"].value)
     with _loop_names(body, lists or {}, mark):
         around = Around(mark, [], f"this parallel for ({mark.said})" if parallel else "")
-        part["steps"], outs = read_body(read, body, keys, around)
+        steps, outs = read_body(read, body, keys, around)
+    part |= steps
     end = body.flow
     whole = part["need"] == "all" and bool(length)
     _after_for(body, entry, [*outs, end], parallel=parallel, whole=whole, mark=mark)

@@ -11,14 +11,14 @@ from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
-from formiga_bt.lang.kinds import COUNT, ROLE
+from formiga_bt.lang.kinds import COUNT, ROLE, VAR
 from formiga_bt.lang.model import Expr, Role, Room, Some
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.params import read_agent_types
+from formiga_bt.lang.params import read_agent_types, read_details, written
 from formiga_bt.lang.steps.over_lists import length_of
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import read_mapping, read_name, read_text, read_words, what_is
-from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, list_of
+from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, agent_type, list_of
 from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.written import scalars
 
@@ -36,15 +36,32 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
             entries[entry.key.text] = entry
     found: dict[str, Expr] = {}
     for name in _in_order(body, entries):
-        expr = body.value(entries[name].value, ANY, name)
+        at, node = entries[name].key.mark, entries[name].value
+        if isinstance(node, Mapping_) and node.get("type") is not None:
+            found[name] = _without_value(body, name, at, node)
+            continue
+        expr = body.value(node, ANY, name)
         _check_admission(body, expr, name)
         found[name] = expr
-        body.define(name, NamedValue(expr.type, entries[name].key.mark, "var"))
-        length = length_of(body, expr, entries[name].value)
+        body.define(name, NamedValue(expr.type, at, "var"))
+        length = length_of(body, expr, node)
         if length is not None:
             body.lengths[name] = length
     body.vars = frozenset(found)
     return found
+
+
+def _without_value(body: Body, name: str, mark: Mark, node: Mapping_) -> Expr:
+    """Define a var that has no value yet: `{type: place}`."""
+    keys = read_keys(node, VAR, body.problems, f"var '{name}'")
+    of = read_details(keys, node, body.world, body.problems)
+    if agent_type(of).name == "agent":
+        body.problems.add(
+            "E008", node.mark, "agents are no values of vars", "hold them as roles, or keep their id as text"
+        )
+        of = ANY
+    body.define(name, NamedValue(of, mark, "var"), optional=True)
+    return Expr(written(node), of, node.mark, lambda _env: None, const=None)
 
 
 def _may_define(body: Body, at: Scalar) -> bool:

@@ -58,7 +58,7 @@ from formiga_bt.lang.text.reading import (
 )
 from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.walk import roles_inside
-from formiga_bt.lang.written import saves
+from formiga_bt.lang.written import empties, saves
 
 _LOOPS: Final = ("while", "repeat", "for")
 _TOGETHER: Final = "mode: parallel"
@@ -152,6 +152,8 @@ def _read_step(body: Body, node: Node, seg: str) -> Step | None:
     if kind is None:
         body.drop(node)
         return None
+    if body.optional & body.vars:
+        body.flow.sure -= empties(Listing((node,), node.mark))  # from its beginning: it may be done again, or stopped
     known = (Option(kind.name, kind.form, kind.doc), *kind.options, *MODIFIERS)
     with body.problems.within(_label(node, kind)):
         keys = read_keys(node, known, body.problems, f"'{kind.name}'")
@@ -288,6 +290,8 @@ def _read_modified(body: Body, keys: Keys, kind: StepKind, seg: str) -> Step | N
         skipped = body.flow.copy()
         skipped.sure, skipped.dead = entry.sure | narrows_when_false(when), False
         body.flow = join(body.flow, skipped)
+    if common.get("retry") is not None:
+        common["retry"] = replace(common["retry"], fresh=body.flow.first_saved(entry))
     step = _CLASSES[kind.name](**common, **part)
     if step.retry is not None and step.retry.agent == "another" and not any(roles_inside((step,))):
         what = "'agent: another' needs a with_agents inside: the agents of the task stay the same"

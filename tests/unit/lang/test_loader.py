@@ -344,8 +344,9 @@ def test_loops_in_loops_are_followed_in_good_time(load: Load) -> None:
     text, pad = "agents: {drone: {type: hwd}, picker: {type: picker}}\nsteps:\n", "  "
     for level in range(28):
         body = (
-            "- repeat: 3\n  steps:\n    - notify: 'Found ${fix.go_to}.'\n      when: is_set(fix)\n"
+            "- repeat: 3\n  steps:\n"
             "    - do: picker.MiniFinder\n      with: {base: '${base}'}\n      save_as: fix\n"
+            "    - notify: 'Found ${fix.go_to}.'\n"
             "    - do: drone.TakeOff\n      when: not drone.airborne\n"
         )
         text += "".join(pad + line + "\n" for line in body.replace("fix", f"fix_{level}").splitlines())

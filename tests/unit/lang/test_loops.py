@@ -177,11 +177,13 @@ class TestNames:
     def test_until_sees_what_the_round_saved(self, codes: Codes) -> None:
         assert codes(f"  - repeat: forever\n    until: fix.in_range\n    steps:{ASK_TRACKER}") == []
 
-    def test_a_round_may_read_what_the_one_before_saved(self, codes: Codes) -> None:
+    def test_a_round_reads_nothing_that_the_one_before_saved(self, codes: Codes) -> None:
         text = f"  - repeat: 3\n    steps:\n      - notify: Last time HERE.{ASK_TRACKER}"
 
         assert codes(text.replace("HERE", "${fix.go_to}")) == [("E019", 3)]
-        assert codes(text.replace("notify", "when: is_set(fix)\n        notify").replace("HERE", "${fix.go_to}")) == []
+        assert codes(text.replace("notify", "when: is_set(fix)\n        notify").replace("HERE", "there")) == [
+            ("E019", 3)
+        ]
 
     def test_branches_see_nothing_of_each_other_until_all_have_ended(self, codes: Codes) -> None:
         deeper = ASK_TRACKER.replace("      ", "          ")
