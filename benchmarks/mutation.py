@@ -28,6 +28,7 @@ from typing import Any, Final, Literal
 
 import yaml
 
+from benchmarks import mistakes
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.changes import QuestionPut
@@ -453,7 +454,9 @@ def main() -> None:
     if given.dry or given.only:
         print(page)
     else:
-        (ROOT / "docs" / "mutation.md").write_text(page, encoding="utf-8")
+        written = ROOT / "docs" / "mutation.md"
+        by_hand = written.read_text(encoding="utf-8").partition(mistakes.MARK)[1:]
+        written.write_text(page.rstrip("\n") + "\n\n" + "".join(by_hand), encoding="utf-8")
         print("\n".join(line for line in page.split("\n") if line.startswith("| ") and "`" not in line))
 
 

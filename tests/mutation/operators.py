@@ -30,7 +30,7 @@ class Fault:
 
 KINDS: Final = (
     "do", "ask", "call", "wait", "wait_until", "wait_for", "check", "set", "notify", "fail", "release", "sequence",
-    "fallback", "parallel", "if", "switch", "while", "repeat", "for", "break_if", "guard", "with_agents",
+    "fallback", "race", "parallel", "if", "switch", "while", "repeat", "for", "break_if", "guard", "with_agents",
     "with_resource", "request",
 )  # fmt: skip
 CONDITIONS: Final = ("when", "if", "while", "until", "wait_until", "check", "expect", "guard", "break_if")
@@ -41,6 +41,7 @@ LISTS: Final = (
     "sequence",
     "fallback",
     "parallel",
+    "race",
     "default",
     "finally",
     "on_failure",
