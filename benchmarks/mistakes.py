@@ -26,10 +26,11 @@ PART: Final = """\
 ## Mistakes that people make
 
 {all} mistakes written by hand, as people make them who know BehaviorTree.CPP, Nav2, Open-RMF or PX4:
-`tests/mistakes/mistakes.yaml`, each with what is wrong and whether it can be known before flight. They were written before anybody looked at what the checker
-says of them. `python benchmarks/mistakes.py` writes this part. *By the checker*: it refuses the task or warns of it. *By the
-tests*: of what it lets pass, a case of the task's own test file fails, or reaches a step or branch less. One hand wrote the
-tasks, their tests and the mistakes, so the tests may look closer at what goes wrong than those of another author would.
+`tests/mistakes/mistakes.yaml`, each with what is wrong and whether it can be known before flight. They were written before
+anybody looked at what the checker says of them. `python benchmarks/mistakes.py` writes this part. *By the checker*: it refuses
+the task or warns of it. *By the tests*: of what it lets pass, a case of the task's own test file fails, or reaches a step or
+branch less. One hand wrote the tasks, their tests and the mistakes, so the tests may look closer at what goes wrong than those
+of another author would.
 
 | first count, before any check was written for them | mistakes | by the checker | by the tests | share |
 |---|---:|---:|---:|---:|
