@@ -318,6 +318,25 @@ CASES: dict[str, Case] = {
         ]}],
         {}, [], "SUCCEEDED", "", ["1 tidy", "1 =failed:first", "2 again"],
     ),
+    "finally: it runs after a sequence that was skipped, which stays so": (
+        [{"fallback": [{"sequence": [NEVER], "finally": [say("tidy"), {"wait": "1 s"}, say("tidied")]}, say("b")]},
+         {"fallback": [{"sequence": [NEVER], "finally": [say("at once")]}, say("c")]}],
+        {}, [], "SUCCEEDED", "", ["1 tidy", "2 tidied", "2 b", "2 at once", "2 c"],
+    ),
+    "finally: it runs where break_if leaves the loop": (
+        [{"repeat": "forever", "timeout": "60 s", "steps": [
+            {"sequence": [{"break_if": "n == 0"}, say("never")], "finally": [say("tidy"), {"wait": "1 s"}, say("tidied")]},
+            say("nor this")]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 tidy", "2 tidied", "2 end"],
+    ),
+    "finally: not of a sequence whose when is false": (
+        [{"fallback": [{"sequence": [say("a")], "finally": [say("tidy")], "when": "n == 7"}, say("b")]}],
+        {}, [], "SUCCEEDED", "", ["1 b"],
+    ),
+    "finally: not of a sequence that had not begun": (
+        [{"race": [{"check": "n < 1"}, {"sequence": [say("a")], "finally": [say("tidy")]}]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 end"],
+    ),
     "finally: of a stopped sequence it begins when the sequence has drained, and the stopper waits for it": (
         [{"sequence": [ONE], "finally": [say("tidy"), {"wait": "3 s"}, say("tidied")], "timeout": "2 s",
           "ignore_failure": True}, say("end")],
