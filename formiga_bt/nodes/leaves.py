@@ -115,6 +115,7 @@ class DoNode(Leaf):
                 raise AssertionError(f"goal ended as {view.state}")
 
     def _fail(self, view: GoalView, code: str, reason: str, *, again: bool, by_another: bool = False) -> Status:
+        reason = reason or f"{view.agent}: {self.step.action} {view.state}" + (f", {view.code}" if view.code else "")
         return self.fail(code, reason, view.agent, retryable=again, by_another=by_another)
 
     def _succeeded(self, run: GoalRun, view: GoalView) -> Status:

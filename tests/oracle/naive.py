@@ -988,6 +988,7 @@ class NaiveTrees:
 
     def _end_of(self, at: At, step: model.Do, goal: GoalView) -> Done:
         again = goal.repeatable
+        told = f"{goal.agent}: {step.action} {goal.state}" + (f", {goal.code}" if goal.code else "")
         if goal.state == "succeeded":
             result = dict(goal.result)
             if step.save_as:
@@ -997,9 +998,9 @@ class NaiveTrees:
             return Done()
         if goal.state == "rejected":  # it never began: always worth another try
             code = "goal_expired" if goal.code == "goal_expired" else "rejected"
-            return failed(at, code, goal.code, goal.agent)
+            return failed(at, code, goal.code or told, goal.agent)
         if goal.state == "gate_refused":
-            return failed(at, goal.code, goal.text, goal.agent, again=again, other=not again)
+            return failed(at, goal.code, goal.text or told, goal.agent, again=again, other=not again)
         code, reason = {
             "lost": ("agent_lost", "the agent is lost"),
             "taken_over": ("taken_over", "its pilot, or its own failsafe, took over"),
@@ -1008,7 +1009,7 @@ class NaiveTrees:
         if code:
             return failed(at, code, reason, goal.agent, again=False, other=goal.state == "lost")
         code = f"failed:{goal.code or goal.state}"
-        return failed(at, code, goal.text, goal.agent, again=again, other=not again)
+        return failed(at, code, goal.text or told, goal.agent, again=again, other=not again)
 
     def _people(self, env: model.Env, who: model.Who) -> tuple[str, ...]:
         if who.site_role or who.agent is None:

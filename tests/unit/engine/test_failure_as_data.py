@@ -34,7 +34,7 @@ def test_on_failure_sees_what_failed_where_and_what_was_saved_before() -> None:
     settle(bench, "fail", code="mud")
 
     assert bench.end(task) == ("FAILED", "failed:mud")
-    assert told(bench) == ["failed:mud||steps/steps[1]|c1", "far was 7", "finally"]
+    assert told(bench) == ["failed:mud|c1: Move failed, mud|steps/steps[1]|c1", "far was 7", "finally"]
 
 
 def test_a_name_that_was_not_saved_is_not_set_in_on_failure() -> None:
@@ -43,7 +43,7 @@ def test_a_name_that_was_not_saved_is_not_set_in_on_failure() -> None:
     settle(bench, "fail", code="mud")
 
     assert bench.end(task)[0] == "FAILED"
-    assert told(bench) == ["failed:mud||steps/steps[0]|c1", "finally"]
+    assert told(bench) == ["failed:mud|c1: Move failed, mud|steps/steps[0]|c1", "finally"]
 
 
 def test_on_abort_sees_the_reason() -> None:
