@@ -17,7 +17,7 @@ from formiga_bt.base.units import LARGEST, LIKELY, UNITS, parse_quantity, too_la
 from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.daytime import TODAY, at_site, at_site_of, time_of_day, today
-from formiga_bt.lang.expr.misread import look_alike, meant_by
+from formiga_bt.lang.expr.misread import look_alike, meant_by, period_of
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope
 from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, fits, in_words
@@ -101,6 +101,9 @@ def _quantity(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     plain = parse_quantity(odd.mended or "") if odd is not None else None
     if odd is not None and plain is not None and plain[0] == expected.name:
         return refuse(node, "E017", f"{due(what, expected)}, '{text}' {odd.said}", odd.help, mended=odd.mended)
+    period = period_of(text) if expected.name == "duration" else ""
+    if period:
+        return refuse(node, "E017", f"{due(what, expected)}, '{text}' is a rate", f"write {period}", mended=period)
     number = re.fullmatch(rf"({_NUMBER.pattern})\s*([A-Za-z/]+)", text)
     if number is not None:
         units = [unit for unit, (name, _) in UNITS.items() if name == expected.name]

@@ -1,4 +1,4 @@
-"""Quantities as people write them elsewhere, and what was meant: `1,5 h`, `.5 h`, `1h30m`, `00:30`, a space that is none.
+"""Quantities as people write them elsewhere, and what was meant: `1,5 h`, `.5 h`, `1h30m`, `00:30`, `2 Hz`, an odd space.
 
 Called by `literals` for a text that is no quantity of the type that is due.
 """
@@ -11,7 +11,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.base.units import UNITS, format_quantity, parse_quantity
+from formiga_bt.base.units import NUMBER, UNITS, format_quantity, parse_quantity
 from formiga_bt.lang.expr.typed import unit_choices
 
 _COMMA: Final = re.compile(r"([+-]?\d+),(\d+)\s*(\S+)", re.ASCII)
@@ -19,6 +19,7 @@ _BARE_POINT: Final = re.compile(r"([+-]?)(\d*)\.(\d*)\s*(\S+)", re.ASCII)
 _CLOCK: Final = re.compile(r"(\d{1,3}):(\d{2})", re.ASCII)
 _PART: Final = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-z]+)\s*", re.ASCII)
 _PARTS: Final = re.compile(rf"(?:{_PART.pattern}){{2,}}", re.ASCII)
+_RATE: Final = re.compile(rf"({NUMBER})\s*hz", re.ASCII | re.IGNORECASE)
 _MINUTES: Final[Mapping[str, str]] = MappingProxyType({"m": "min"})
 _DASHES: Final = str.maketrans({"\u2212": "-", "\u2013": "-", "\u2010": "-"})
 
@@ -67,6 +68,13 @@ def meant_by(text: str, kind: str) -> Meant | None:
         one = format_quantity(kind, total)
         return Meant("", f"a {kind} is one number with its unit: {one}", one)
     return Meant("", f"a {kind} is a number with its unit, for example {unit_choices(kind)}")
+
+
+def period_of(text: str) -> str:
+    """Return the duration that a rate in hertz means, `500 ms` of `2 Hz`; "" if the text is none."""
+    rate = _RATE.fullmatch(text.strip())
+    hertz = float(rate[1]) if rate is not None else 0.0
+    return format_quantity("duration", round(1.0 / hertz, 6)) if 0.001 <= hertz <= 1000.0 else ""
 
 
 def _is(text: str, kind: str) -> bool:

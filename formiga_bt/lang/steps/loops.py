@@ -3,10 +3,13 @@
 What a round saves has no value when the next one begins; what is to last longer is a var.
 """
 
+from typing import Final
+
 from formiga_bt.base.diagnostics import Fix
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.at_run import sure_of_type
+from formiga_bt.lang.expr.misread import period_of
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
@@ -14,9 +17,12 @@ from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Part
-from formiga_bt.lang.text.document import Node, Scalar
+from formiga_bt.lang.text.document import Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import what_is
+from formiga_bt.lang.text.synonyms import key_for
 from formiga_bt.lang.types import ANY, DURATION, INT
+
+_SUCH_AS: Final = "repeat: 3, repeat: 30 min, repeat: forever"
 
 # --- while, repeat -----------------------------------------------------------------------------------------------
 
@@ -65,7 +71,7 @@ def _read_how_long(body: Body, node: Node) -> Part | None:
     """Return what `repeat` says as a part of the model; None (reported) if it says nothing that is understood."""
     if not isinstance(node, Scalar):
         what = f"'repeat' is a number of rounds, a duration or forever, this is {what_is(node)}"
-        body.problems.add("E008", node.mark, what, "such as: repeat: 3, repeat: 30 min, repeat: forever")
+        body.problems.add("E008", node.mark, what, _period(node) or f"such as: {_SUCH_AS}")
         return None
     text = node.text.strip()
     if text == "forever":
@@ -88,9 +94,19 @@ def _read_how_long(body: Body, node: Node) -> Part | None:
     rounds = text.split()[0] if text.split() and text.split()[0].isdigit() else ""
     fix = Fix(node.mark, meant or rounds) if meant or rounds else None
     what = f"'repeat' is a number of rounds, a duration or forever, this is {what_is(node)}"
-    help_ = f"write repeat: {meant or rounds}" if fix else "such as: repeat: 3, repeat: 30 min, repeat: forever"
+    help_ = f"write repeat: {meant or rounds}" if fix else f"such as: {_SUCH_AS}"
     body.problems.add("E008", node.mark, what, help_, fix)
     return None
+
+
+def _period(node: Node) -> str:
+    """Return how rounds at a rate are written, where `repeat: {rate: 1 Hz}` or the like stands; else ""."""
+    said = {entry.key.text: entry.value for entry in node.entries} if isinstance(node, Mapping_) else {}
+    if len(said) != 1 or key_for(*said, known=("every",)) != "every":
+        return ""
+    (value,) = said.values()
+    text = value.text if isinstance(value, Scalar) else ""
+    return f"write repeat: forever, and below it every: {period_of(text) or text or '1 s'}"
 
 
 def _at_least(body: Body, expr: Expr, above: int, key: str, due: str) -> Expr:

@@ -40,6 +40,11 @@ MENDS = [
     ("E004", "  - do: drone.TakeOff\n    args: {altitude: 30 m}", "    with: {altitude: 30 m}"),
     ("E004", "  - do: drone.TakeOff\n    timeot: 2 min", "    timeout: 2 min"),
     ("E004", "  - repeat: 2\n    parallel: true\n    steps: [{wait: 1 s}]", "    mode: parallel"),
+    (
+        "E004",
+        "  - repeat: forever\n    rate: 2 Hz\n    until: drone.airborne\n    steps: [{wait: 1 s}]",
+        "    every: 500 ms",
+    ),
     ("E006", "  - selector:\n      - wait: 1 s", "  - fallback:"),
     ("E006", "  - first_of:\n      - wait: 1 s\n      - wait: 2 s", "  - race:"),
     ("E006", "  - wait_while: drone.airborne", "  - wait_until: not (drone.airborne)"),
