@@ -101,10 +101,10 @@ def _read_how_long(body: Body, node: Node) -> Part | None:
 
 def _period(node: Node) -> str:
     """Return how rounds at a rate are written, where `repeat: {rate: 1 Hz}` or the like stands; else ""."""
-    said = {entry.key.text: entry.value for entry in node.entries} if isinstance(node, Mapping_) else {}
-    if len(said) != 1 or key_for(*said, known=("every",)) != "every":
+    entries = node.entries if isinstance(node, Mapping_) else ()
+    if len(entries) != 1 or key_for(entries[0].key.text, ("every",)) != "every":
         return ""
-    (value,) = said.values()
+    value = entries[0].value
     text = value.text if isinstance(value, Scalar) else ""
     return f"write repeat: forever, and below it every: {period_of(text) or text or '1 s'}"
 
