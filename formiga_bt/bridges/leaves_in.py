@@ -37,7 +37,9 @@ class LeafReader:
 
     def _node_alwaysfailure(self, element: XmlElement) -> Step:
         step: Step = {"fail": unfold(element.get("_formiga_fail")) or element.get("name") or "It always fails here."}
-        return step | ({"code": element.get("_formiga_code")} if element.get("_formiga_code") else {})
+        code, carried = element.get("_formiga_code"), unfold(element.get("_formiga_data"))
+        data = {name: unfold(text) for name, text in carried.items()} if carried else {}
+        return step | ({"code": code} if code else {}) | ({"with": data} if data else {})
 
     def _node_sleep(self, element: XmlElement) -> Step:
         return {"wait": self.scope.amount(element, "msec", "wait")}

@@ -313,6 +313,9 @@ class StepWriter:
         attrs = {"_formiga_fail": self.texts.value(step.message)}
         if step.code:
             attrs["_formiga_code"] = step.code
+        if step.data:
+            attrs["_formiga_data"] = flow({name: self.texts.value(one) for name, one in step.data.items()})
+            self.findings.add("L04", step.mark, "'with' of a failure has no counterpart in BT.CPP")
         self.findings.add("L08", step.mark, "BT.CPP does not tell the message of a failure")
         return XmlElement("AlwaysFailure", attrs)
 

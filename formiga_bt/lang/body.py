@@ -21,8 +21,9 @@ from formiga_bt.lang.expr.scope import MaybeUnset
 from formiga_bt.lang.expr.tokens import is_readable
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value, compile_words
 from formiga_bt.lang.flow import Around, Flow, NamedValue
-from formiga_bt.lang.model import Expr
+from formiga_bt.lang.model import Expr, Step
 from formiga_bt.lang.own_names import BUILT_IN
+from formiga_bt.lang.records import carried, error_of
 from formiga_bt.lang.request.binding import never
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean
@@ -153,6 +154,24 @@ class Body:
         finally:
             self.extra = before
 
+    @contextmanager
+    def with_error(self, failed: Iterable[Step]) -> Iterator[None]:
+        """Make `error` visible, the failure of one of these steps, with what they carry; nothing is known of it yet."""
+        values = carried(failed)
+        for name, of in values.items():
+            typed = sorted((one for one in of if one.type != ANY), key=lambda one: (one.mark.file, one.mark.line))
+            other = next((one for one in typed if one.type != typed[0].type), None)
+            if other is not None:
+                what = f"'{name}' is carried as {other.type} here and as {typed[0].type} at {typed[0].mark.said}"
+                self.problems.add("E018", other.mark, what, "choose another name for one of them")
+        self._forget_error()
+        with self.with_names({"error": error_of(values)}):
+            yield
+        self._forget_error()
+
+    def _forget_error(self) -> None:
+        self.flow.sure = frozenset(name for name in self.flow.sure if not name.startswith("error."))
+
     # --- compiling ---------------------------------------------------------------------------------------------
 
     def scope(self) -> Scope:
@@ -170,6 +189,9 @@ class Body:
         names.update(self.extra)
         doubtful = (self.optional | self.flow.saved.keys()) - self.flow.sure
         unset = {name: self._why_unset(name) for name in names if name in doubtful and self.is_unsure(name)}
+        data = names["error"].fields.get("data") if "error" in self.extra else None
+        fields = [f"error.data.{name}" for name in data.fields] if data is not None else []
+        unset.update({name: MaybeUnset("E067") for name in fields if name not in self.flow.sure})
         return Scope(
             names,
             agent_types=self.world.catalogue.types,

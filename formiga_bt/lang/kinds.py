@@ -173,7 +173,13 @@ _KINDS: Final = (
         ),
     ),
     StepKind(
-        "fail", "text", "Fail with this message.", (Option("code", "word", "A snake_case word, shown as failed:code."),)
+        "fail",
+        "text",
+        "Fail with this message.",
+        (
+            Option("code", "word", "A snake_case word, shown as failed:code."),
+            Option("with", "map", "Values that the failure carries, by name; read as error.data."),
+        ),
     ),
     StepKind("release", "name", "Give an agent back before the end."),
     StepKind(

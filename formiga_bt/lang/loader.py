@@ -7,6 +7,7 @@ re-exported, so that a caller needs this module only.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,7 +26,7 @@ from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.flow import Flow, NamedValue
 from formiga_bt.lang.model import Catalogue, Role, Site, Step, Subtree, Task
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.records import ABORT, ERROR
+from formiga_bt.lang.records import ABORT
 from formiga_bt.lang.request.aliases import TASK_NAME, read_task_aliases
 from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site
@@ -272,7 +273,6 @@ class _TaskReader:
         found: dict[str, tuple[Step, ...]] = {}
         start = body.flow.copy()
         ends: list[Flow] = []
-        more = {"on_failure": {"error": ERROR}, "on_abort": {"abort": ABORT}}
         for section in _SECTIONS:
             if section not in keys:
                 continue
@@ -280,11 +280,17 @@ class _TaskReader:
             taken = ends[0].taken if section.startswith("on_") and ends else frozenset(saved)
             released = {name: mark for end in ends for name, mark in end.released.items()}
             body.flow = Flow(saved, start.sure, taken, released=released)
-            with self.problems.within(section), body.with_names(more.get(section, {})):
+            with self.problems.within(section), self._seeing(section, found):
                 steps = read_steps(body, keys[section].value, section, section)
             ends.append(body.flow)
             found["finally_" if section == "finally" else section] = steps
         return found
+
+    def _seeing(self, section: str, read: Mapping[str, tuple[Step, ...]]) -> AbstractContextManager[None]:
+        """Make visible what a section sees besides the names of the task."""
+        if section == "on_failure":
+            return self.body.with_error(read.get("steps", ()))
+        return self.body.with_names({"abort": ABORT} if section == "on_abort" else {})
 
     def _task(self, name: str, parts: dict[str, Any]) -> Task:
         keys = self.unit.keys

@@ -343,5 +343,7 @@ class FailNode(InstantNode):
     def act(self, run: StepRun) -> Status:
         """Fail."""
         step = self.step_model
+        env = self.env(run)
         code = f"failed:{step.code}" if step.code else "failed"
-        return self.fail(code, str(step.message.run(self.env(run))))
+        data = {name: value.run(env) for name, value in step.data.items()}
+        return self.fail_as(Failure(code, str(step.message.run(env)), self.path, data=data))

@@ -9,7 +9,7 @@ that leaves the tree goes through `order`, `ask`, `notify`. No node reads a sibl
 from collections.abc import Mapping
 from typing import Any, Final, Literal, Protocol
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.lang.forms import FormField
@@ -37,6 +37,8 @@ class Failure(Struct, frozen=True, omit_defaults=True):
     """False: a goal in doubt, or of an action that may not be repeated."""
     by_another: bool = False
     """Another agent may try again what this one may not: the goal has surely ended, or the agent is lost."""
+    data: dict[str, Any] = field(default_factory=dict)
+    """What a `fail` carries (`error.data` in YAML)."""
 
 
 class TaskOutcome(Struct, frozen=True, kw_only=True, omit_defaults=True):

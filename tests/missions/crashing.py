@@ -15,9 +15,10 @@ from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.transport.messages import GoalRequest
+from tests.reloading import loaded, written
 
 When = Literal["lost", "kept"]
 """A step whose commit did not come about, or one that was committed and whose effects never left."""
@@ -42,7 +43,7 @@ class Killer:
     def __init__(self, flight: Rehearsal, after: int, when: When) -> None:
         self.flight, self.when = flight, when
         self.left = after
-        self.shot = snapshot(flight.engine.state)
+        self.shot = written(flight.engine.state)
         self.again: tuple[Any, ...] = ()
 
     def keep(self, steps: Sequence[inp.EngineStep]) -> Outcome:
@@ -52,7 +53,7 @@ class Killer:
         dies = self.left <= 0
         if not dies or self.when == "kept":
             if dies or self.left == 1:
-                self.shot = snapshot(self.flight.engine.state)
+                self.shot = written(self.flight.engine.state)
             self.again = tuple(e for e in step.effects if isinstance(e, inp.CancelGoal | inp.NotifyPeople | inp.Alarm))
         if dies and self.when == "kept":
             self.flight.steps.append(step)  # it is in the journal, and nobody was told of it
@@ -105,7 +106,7 @@ class Crashing:
     def die(self) -> None:
         """The engine's process ends here."""
         killer = self.flight.driver._persist
-        self.shot = killer.shot if isinstance(killer, Killer) else snapshot(self.flight.engine.state)
+        self.shot = killer.shot if isinstance(killer, Killer) else written(self.flight.engine.state)
         self.again = killer.again if isinstance(killer, Killer) else ()
         self.killed_at = self.flight.now
         self.flight.driver.close()
@@ -129,7 +130,7 @@ class Crashing:
         self.away(away_s)
         flight = self.flight
         old = flight.engine.core
-        state = load_snapshot(self.shot) if state is None else state
+        state = loaded(self.shot) if state is None else state
         flight.engine = Engine(
             old.site, old.catalogue, old.models, state=state, resumes=True, without=given.get("poison", ())
         )

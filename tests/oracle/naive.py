@@ -1107,7 +1107,9 @@ class NaiveTrees:
     def _fail(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         assert isinstance(at.step, model.Fail)
         code = f"failed:{at.step.code}" if at.step.code else "failed"
-        return failed(at, code, str(at.step.message.run(self._env(at))))
+        env = self._env(at)
+        data = {name: value.run(env) for name, value in at.step.data.items()}
+        return Done(Failure(code=code, reason=str(at.step.message.run(env)), step=at.path, data=data))
 
 
 def skipped_before(at: At) -> Failure:

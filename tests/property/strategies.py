@@ -85,6 +85,8 @@ class Writer:
         self.subtrees = subtrees
         self.saved = 0
         self.errors = 0
+        self.carries = False
+        """Whether the failure that `error` names may carry `n`."""
         self.hauling: tuple[str, ...] = ()
         """Subtrees with an action that may not be repeated."""
         self.inside = "cart" in carts
@@ -121,6 +123,8 @@ class Writer:
             conds += ["is_set(kept)", "is_set(kept) and kept < 2"]
         if self.errors:
             conds += ["error.code == 'timeout'", "error.code != 'check'"]
+        if self.carries:
+            conds += ["is_set(error.data.n) and error.data.n > 1", "not is_set(error.data.n)"]
         return str(self.pick(*conds))
 
     def live(self) -> str:
@@ -306,6 +310,8 @@ class Writer:
         step: dict[str, Any] = {"fail": "gave up at ${n}", "when": self.cond()}
         if self.chance(50):
             step["code"] = "gave_up"
+        if self.chance(50):
+            step["with"] = {"n": "${n + 1}"}
         return step
 
     def _sequence(self, depth: int) -> dict[str, Any]:
@@ -313,11 +319,14 @@ class Writer:
 
     def _fallback(self, depth: int) -> dict[str, Any]:
         leave, self.may_leave = self.may_leave, False
+        carries = self.carries
         steps = [self.fallible(depth - 1)]
         self.errors += 1
+        self.carries = '"with": {"n": "${n + 1}"}' in json.dumps(steps)
         steps += [self.fallible(depth - 1) for _ in range(self.dice.randint(0, 1))]
         steps.append(self.step(depth - 1))
         self.errors -= 1
+        self.carries = carries
         self.may_leave = leave
         return {"fallback": steps}
 

@@ -53,6 +53,19 @@ CASES: dict[str, Case] = {
         [{"parallel": [after(1, say("a")), after(3, say("b"))]}, say("end")],
         {}, [], "SUCCEEDED", "", ["2 a", "4 b", "4 end"],
     ),
+    "fail: what it carries is there where it is caught, for the failure that was caught": (
+        [{"fallback": [
+            {"sequence": [{"do": "one.Move", "save_as": "got"}, {"fail": "far", "with": {"n": "${got.n * 2}", "who": "x"}}]},
+            {"sequence": [{**say("${error.data.n}"), "when": "is_set(error.data.n)"}, {"fail": "again"}]},
+            {"sequence": [{**say("no"), "when": "is_set(error.data.n)"}, say("${error.reason}")]}]}],
+        {"c1": [Deed(n=21)]}, [], "SUCCEEDED", "", ["2 =42", "2 =again"],
+    ),
+    "fail: a failure of another step carries nothing": (
+        [{"fallback": [
+            {"sequence": [ONE, {"fail": "far", "with": {"n": 1}}]},
+            {"sequence": [{**say("${error.data.n}"), "when": "is_set(error.data.n)"}, say("${error.code}")]}]}],
+        {"c1": [FAILS]}, [], "SUCCEEDED", "", ["2 =failed:stuck"],
+    ),
     "retry: on names what is tried again": (
         [{**ONE, "retry": {"attempts": 3, "on": ["stuck"]}}, say("end")],
         {"c1": [Deed(end="failed"), Deed(end="rejected"), Deed()]}, [], "FAILED", "rejected", [],

@@ -7,12 +7,12 @@ import pytest
 
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import GoalTimer
 from formiga_bt.lang.model import Task
 from tests.property.strategies import load, missions
 from tests.property.test_differential import fly
 from tests.property.world import START, World, yard
+from tests.reloading import loaded, written
 from tests.shares import some
 
 ENCODER = msgspec.json.Encoder()
@@ -109,15 +109,15 @@ def test_the_snapshot_after_any_step_goes_on_to_the_same_steps() -> None:
         world.run()
         steps = world.steps[len(world.steps) - len(shots) :]
         for index in range(len(shots) // 9, len(shots), len(shots) // 9 + 1):
-            engine = Engine(*yard(), world.models, state=load_snapshot(shots[index]))
-            assert snapshot(engine.state) == shots[index]
+            engine = Engine(*yard(), world.models, state=loaded(shots[index]))
+            assert written(engine.state) == shots[index]
             for step in steps[index + 1 : index + 60]:
                 again = engine.handle(step.at, step.input)
                 assert ENCODER.encode(again) == ENCODER.encode(step), (steps[index], step)
 
 
 def shot(world: World) -> bytes:
-    return snapshot(world.engine.state)
+    return written(world.engine.state)
 
 
 def two_of_one_file() -> Task:

@@ -25,12 +25,13 @@ from formiga_bt.engine.kernel.inputs import (
     TimerDue,
     WallDue,
 )
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.engine.kernel.timers import ResumeDue
 from formiga_bt.engine.rules.borders import BAND_M, OLDEST_US
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.rehearsal.testing import folded
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus
+from tests.reloading import reloaded
 from tests.unit.engine.ruled import site_in, tasks_in
 
 TASK = "formiga: 1\ntask: Help\nsteps: [{wait: 30 s}]\n"
@@ -97,7 +98,7 @@ class Killable:
 
     def kill(self, down_us: int) -> None:
         """Kill it between two inputs: what was kept is all there is."""
-        state = load_snapshot(snapshot(self.engine.state))
+        state = reloaded(self.engine.state)
         self.engine = Engine(*world(), state=state, resumes=True)
         at, self.epoch = self.now, self.epoch + 1
         self.now += down_us

@@ -9,14 +9,15 @@ from typing import Any
 
 import msgspec
 
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import inputs as inp
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from tests.reloading import loaded, written
 from tests.shares import some
 
 AHEAD = some(12, 25)
@@ -347,8 +348,8 @@ def record(name: str) -> tuple[list[Recorded], list[bytes]]:
     """Fly a mission; return its steps, and the snapshot after each."""
     flight = rehearsal()
     before = len(flight.steps)
-    shots = [snapshot(flight.engine.state)]
-    flight.driver.listeners.append(lambda _: shots.append(snapshot(flight.engine.state)))
+    shots = [written(flight.engine.state)]
+    flight.driver.listeners.append(lambda _: shots.append(written(flight.engine.state)))
     MISSIONS[name](flight)
     flight.close()
     return [Recorded(s.at, s.input, out(s)) for s in flight.steps[before:]], shots
@@ -363,8 +364,8 @@ def replay(steps: Sequence[Recorded], shots: Sequence[bytes]) -> list[str]:
     every = 1 if os.environ.get("FORMIGA_EXAMPLES") else EACH
     wrong = []
     for index, shot in enumerate(shots):
-        engine = Engine(site, catalogue, tasks, state=load_snapshot(shot))
-        if snapshot(engine.state) != shot:
+        engine = Engine(site, catalogue, tasks, state=loaded(shot))
+        if written(engine.state) != shot:
             wrong.append(f"the state after step {index} is another when it is loaded")
         until = len(steps) if index % every == 0 else index + AHEAD
         for offset, one in enumerate(steps[index:until]):
@@ -392,12 +393,22 @@ def save(steps: Sequence[Recorded], shots: list[bytes]) -> bytes:
     return msgspec.msgpack.encode(film)
 
 
-def load(data: bytes) -> tuple[list[Recorded], list[bytes]]:
-    from formiga_bt.engine.kernel.state import revive
+TAGGED: dict[str, type[msgspec.Struct]] = {"place": Place, "position": Position, "region": Region, "agent": AgentRef}
 
+
+def _revived(value: Any) -> Any:
+    """Return a value of a field of type Any from its plain form: its tag says what it was."""
+    if isinstance(value, dict) and value.get("is", "") in TAGGED:
+        return msgspec.convert(value, TAGGED[value["is"]])
+    if isinstance(value, dict):
+        return {key: _revived(item) for key, item in value.items()}
+    return tuple(map(_revived, value)) if isinstance(value, list) else value
+
+
+def load(data: bytes) -> tuple[list[Recorded], list[bytes]]:
     film = msgspec.msgpack.decode(data, type=Film)
     given = [
-        msgspec.structs.replace(g, params=revive(g.params)) if isinstance(g, inp.Submit) else g for g in film.given
+        msgspec.structs.replace(g, params=_revived(g.params)) if isinstance(g, inp.Submit) else g for g in film.given
     ]
     return [Recorded(*three) for three in zip(film.at, given, film.out, strict=True)], film.shots
 

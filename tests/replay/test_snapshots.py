@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.engine.kernel.state import load_snapshot
 from formiga_bt.nodes.ends import AgentReleased, ChildEnd, GoalEnd
 from formiga_bt.nodes.memory import (
     AskMem,
@@ -28,6 +27,7 @@ from formiga_bt.nodes.memory import (
     WaitMem,
     WithMem,
 )  # fmt: skip
+from tests.reloading import loaded
 from tests.replay.missions import MISSIONS, Recorded, record, replay, save
 
 ROOT = Path(__file__).parents[2]
@@ -45,7 +45,7 @@ def films() -> dict[str, tuple[list[Recorded], list[bytes]]]:
 
 
 def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[list[Recorded], list[bytes]]]) -> None:
-    states = [load_snapshot(shot) for _, shots in films.values() for shot in shots]
+    states = [loaded(shot) for _, shots in films.values() for shot in shots]
     tasks = [task for state in states for task in state.tasks.values()]
     mems = [mem for state in states for memory in state.memory.values() for mem in memory.values()]
     assert {"steps", "on_abort", "finally", "recover"} <= {task.section for task in tasks}

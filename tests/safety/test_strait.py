@@ -11,10 +11,10 @@ from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocator.holders import Holders
 from formiga_bt.engine.goals import passages
 from formiga_bt.engine.kernel.inputs import Operator
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.tasks import claims
 from formiga_bt.safety.gate import Hold
 from formiga_bt.safety.resources import Passage, ResourceUse
+from tests.reloading import reloaded
 from tests.safety.strait import FIELDS, Strait, run
 from tests.shares import in_ci
 
@@ -183,7 +183,7 @@ def test_a_restart_of_the_engine_changes_nothing_of_claims_and_machines_inside(s
     strait.submit("Look", FIELDS[0])
     agent = until_inside(strait)
     before = strait.world.engine.state
-    after = load_snapshot(snapshot(before))
+    after = reloaded(before)
 
     assert after.agents[agent].inside == ("strait",)
     assert [task.resources for task in after.tasks.values()] == [task.resources for task in before.tasks.values()]

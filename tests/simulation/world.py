@@ -23,12 +23,13 @@ from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
-from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.memory import NO_FAULTS, Faults
 from formiga_bt.transport.messages import GoalRequest
+from tests.reloading import reloaded
 from tests.simulation.ahead import AheadDriver
 from tests.simulation.disk import Disk, Killed, When, bare
 from tests.simulation.invariants import Invariants
@@ -154,7 +155,7 @@ class World:
         self.disk = Disk(file, lambda: self.now / SECOND, self.wall, backlog, plan.ahead)
         self.disk.take(lambda: self.flight.engine.state)
         self.invariants = Invariants(self)
-        self.invariants.begin(load_snapshot(snapshot(self.engine.state)))
+        self.invariants.begin(reloaded(self.engine.state))
         self.keeper = Keeper(self)
         self.alive = True
         self._epoch = 0
@@ -345,7 +346,7 @@ class World:
         flight.engine = Engine(old.site, old.catalogue, dict(old.models), state=state, resumes=True)
         disk.take(lambda: flight.engine.state)
         self.keeper.durable = True
-        self.invariants.begin(load_snapshot(snapshot(state)))
+        self.invariants.begin(reloaded(state))
         flight.driver = VirtualDriver(flight.engine, [self.hub.transport], self.scheduler)
         self._begin_driver(flight.driver)
         self.alive = True

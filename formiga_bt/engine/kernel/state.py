@@ -9,7 +9,6 @@ import msgspec
 from msgspec import Struct, field
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import (
@@ -33,10 +32,8 @@ from formiga_bt.engine.kernel.records import (
 )
 from formiga_bt.engine.kernel.rule_records import RuleRecord, RuleWatch
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
-from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.nodes.memory import Mem
-from formiga_bt.nodes.run import Failure
 from formiga_bt.safety.drafted import Drafted
 
 KEPT_EVENTS: Final = 100
@@ -431,61 +428,9 @@ def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None =
 
 
 # -- snapshots ---------------------------------------------------------------------------------------------------------
-# Values inside `Any` fields come back as plain mappings; their tag says what they were.
-_TAGGED: dict[str, type[Struct]] = {"place": Place, "position": Position, "region": Region, "agent": AgentRef}
-
-
-def revive(value: Any) -> Any:
-    """Return a runtime value from its plain form: tagged mappings become points, regions, agents; lists become tuples."""
-    if isinstance(value, dict):
-        kind = _TAGGED.get(value.get("is", ""))
-        if kind is not None:
-            return msgspec.convert(value, kind)
-        return {key: revive(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return tuple(revive(item) for item in value)
-    return value
-
-
 def snapshot(state: EngineState) -> bytes:
-    """Return the whole state as msgpack (JSON has no keys but text)."""
+    """Return the whole state as msgpack, to compare two of them; what is read back is written by `journal.codec`."""
     return msgspec.msgpack.encode(state)
-
-
-def load_snapshot(data: bytes) -> EngineState:
-    """Return the state that `snapshot` wrote."""
-    state = msgspec.msgpack.decode(data, type=EngineState)
-    state.scopes = {
-        task: {scope: {name: revive(v) for name, v in values.items()} for scope, values in scopes.items()}
-        for task, scopes in state.scopes.items()
-    }
-    for task_id, task in state.tasks.items():
-        if task.request.params:
-            wanted = msgspec.structs.replace(task.request, params=revive(task.request.params))
-            state.tasks[task_id] = msgspec.structs.replace(task, request=wanted)
-    for goal_id, goal in state.goals.items():
-        update = goal.update and msgspec.structs.replace(goal.update, fields=revive(goal.update.fields))
-        state.goals[goal_id] = msgspec.structs.replace(
-            goal, fields=revive(goal.fields), result=revive(goal.result), update=update
-        )
-    for agent_id, happened in state.agent_events.items():
-        state.agent_events[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
-    for name, rule in state.rules.items():
-        waits = {agent: msgspec.structs.replace(one, event=revive(one.event)) for agent, one in rule.waits.items()}
-        state.rules[name] = msgspec.structs.replace(rule, waits=waits)
-    for memory in state.memory.values():
-        for path, mem in memory.items():
-            failure = getattr(mem, "failure", None)
-            if isinstance(failure, dict):
-                mem = msgspec.structs.replace(mem, failure=msgspec.convert(failure, Failure))
-            for name in ("items", "collected"):
-                if getattr(mem, name, ()):
-                    mem = msgspec.structs.replace(mem, **{name: revive(list(getattr(mem, name)))})
-            memory[path] = mem
-    for task_id, request in state.requests.items():
-        roles = tuple(msgspec.structs.replace(r, near=revive(list(r.near))) for r in request.roles)
-        state.requests[task_id] = msgspec.structs.replace(request, roles=roles)
-    return state
 
 
 def board_of(state: EngineState) -> Blackboard:

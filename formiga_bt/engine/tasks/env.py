@@ -73,7 +73,7 @@ class TaskEnv:
                 return {"name": site.name, "timezone": site.timezone, **names}
             case "error" if self._error is not None:
                 e = self._error
-                return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent}
+                return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent, "data": dict(e.data)}
             case "abort" if task is not None and task.ending.abort_reason:
                 return {"reason": task.ending.abort_reason}
         raise Unset(name)

@@ -21,12 +21,13 @@ from formiga_bt.lang.expr.operators import (
     agent_field_code,
     any_field_code,
     call_code,
+    is_there_code,
     item_code,
     name_code,
     point_field_code,
     record_field_code,
 )
-from formiga_bt.lang.expr.parts import poisoned, reads_of
+from formiga_bt.lang.expr.parts import dotted_name, poisoned, reads_of
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope, fields_of
 from formiga_bt.lang.expr.tokens import Parsed
 from formiga_bt.lang.expr.typed import (
@@ -122,13 +123,17 @@ class ExpressionChecker(Operands):
         type_ = self.scope.type_of(name)
         if type_ is None:
             return self._unknown_name(node, name)
+        self._check_set(node, name)
+        return self.part(node, type_, name_code(name), (Dependency(name),), name=name)
+
+    def _check_set(self, node: ast.AST, name: str) -> None:
+        """Report a name, or a field such as `error.data.spot`, that may have no value here; each once."""
         reason = self.scope.maybe_unset.get(name)
         if reason is not None and name not in self.known_set and name not in self._told:
             self._told.add(name)
             what = f"'{name}' may be missing" if reason.code == "E067" else f"'{name}' may be unset here"
             why = f"it is saved only when {reason.saved} ran" if reason.saved else f"test is_set({name})"
             self.bad(node, reason.code, f"{what}: {why}", f"for example: is_set({name}) and ...")
-        return self.part(node, type_, name_code(name), (Dependency(name),), name=name)
 
     def _in_site(self) -> Mapping[str, str]:
         """Return how the places, ports and regions of the site are read, by name."""
@@ -179,6 +184,7 @@ class ExpressionChecker(Operands):
         known = self._of_site(base.source, name)
         if known is not None:
             return self.part(node, type_, constant(known), reads, const=known)
+        self._check_set(node, dotted_name(node, self.parsed))
         code = _FIELD_CODE.get(base.type.name, record_field_code)
         return self.part(node, type_, code(base.run, name), reads)
 
@@ -350,10 +356,20 @@ class ExpressionChecker(Operands):
 
     def _is_set(self, node: ast.Call) -> Typed:
         argument = node.args[0] if len(node.args) == 1 and not node.keywords else None
-        token = self.parsed.token(argument.id) if isinstance(argument, ast.Name) else None
-        if token is None or token.kind != "name" or not isinstance(argument, ast.Name):
+        name = dotted_name(argument, self.parsed) if argument is not None else ""
+        if isinstance(argument, ast.Attribute) and name.startswith("error.data."):
+            return self._is_field_set(node, argument, name)
+        if not isinstance(argument, ast.Name) or not name:
             return self.bad(node, "E012", "is_set takes one name", "is_set(reply)")
-        name = token.text
         if self.scope.type_of(name) is None:
             return self._unknown_name(argument, name)
         return self.part(node, BOOL, lambda env: env.is_set(name), (Dependency(name),))
+
+    def _is_field_set(self, node: ast.Call, field: ast.Attribute, name: str) -> Typed:
+        """Check whether a field of what a failure carries is asked for; which of them it has depends on who failed."""
+        before, self.known_set = self.known_set, self.known_set | {name}
+        part = self.visit(field)
+        self.known_set = before
+        if poisoned(part):
+            return self.poison(node, part.reads)
+        return self.part(node, BOOL, is_there_code(part.run), part.reads)

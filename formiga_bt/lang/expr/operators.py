@@ -172,6 +172,19 @@ def record_field_code(record: Run, name: str) -> Run:
     return run
 
 
+def is_there_code(field: Run) -> Run:
+    """Return the code that tells whether a field has a value."""
+
+    def run(env: Env) -> bool:
+        try:
+            field(env)
+        except Unset:
+            return False
+        return True
+
+    return run
+
+
 def any_field_code(owner: Run, name: str) -> Run:
     """Return the code of a field of a value whose type is only known at run time."""
 

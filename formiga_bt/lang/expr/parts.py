@@ -23,6 +23,15 @@ NO_NAMES: Final[Names] = frozenset()
 NOW: Final = Dependency("now")
 
 
+def dotted_name(node: ast.AST, parsed: Parsed) -> str:
+    """Return `error.data.spot` of a field of a field of a name, a plain name as it is, and "" of anything else."""
+    if isinstance(node, ast.Name):
+        token = parsed.token(node.id)
+        return token.text if token.kind == "name" else ""
+    owner = dotted_name(node.value, parsed) if isinstance(node, ast.Attribute) else ""
+    return f"{owner}.{parsed.token(node.attr).text}" if isinstance(node, ast.Attribute) and owner else ""
+
+
 def facts(node: ast.AST, parsed: Parsed) -> tuple[Names, Names]:
     """Return the names that are set for certain when a condition is true, and when it is false."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
@@ -35,9 +44,9 @@ def facts(node: ast.AST, parsed: Parsed) -> tuple[Names, Names]:
             return NO_NAMES.union(*trues), falses[0].intersection(*falses)
         return trues[0].intersection(*trues), NO_NAMES.union(*falses)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
-        argument = node.args[0]
-        if parsed.token(node.func.id).text == "is_set" and isinstance(argument, ast.Name):
-            return frozenset({parsed.token(argument.id).text}), NO_NAMES
+        name = dotted_name(node.args[0], parsed)
+        if parsed.token(node.func.id).text == "is_set" and name:
+            return frozenset({name}), NO_NAMES
     return NO_NAMES, NO_NAMES
 
 

@@ -7,7 +7,7 @@ Every step knows its source mark. Static paths: the steps of a section, branch o
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.forms import FormField
@@ -145,10 +145,11 @@ class Notify(StepBase, frozen=True, kw_only=True):
 
 
 class Fail(StepBase, frozen=True, kw_only=True):
-    """Fail with a message and, optionally, a snake_case code."""
+    """Fail with a message and, optionally, a snake_case code and values, which are read as `error.data`."""
 
     message: Expr
     code: str = ""
+    data: Mapping[str, Expr] = field(default_factory=dict)
 
 
 class Sequence(StepBase, frozen=True, kw_only=True):

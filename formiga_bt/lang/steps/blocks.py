@@ -4,6 +4,7 @@ The loops are in `loops`. Both are handed the readers of steps by `step`, which 
 """
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Literal
 
 from msgspec import Struct
@@ -15,7 +16,6 @@ from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Check, Notify, Set, Step, Wait
-from formiga_bt.lang.records import ERROR
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Node, Scalar
 from formiga_bt.lang.text.reading import fix_word, what_is
@@ -109,7 +109,7 @@ def read_fallback(read: Readers, body: Body, keys: Keys) -> Part:
             body.problems.add("E043", item.mark, "this child never runs: the one before it cannot fail", "remove it")
         body.flow = Flow(dict(saved), entry.sure, entry.taken, released=dict(released))
         body.watched = writes(node) if reactive and index < len(items) - 1 else None
-        with body.with_names({"error": ERROR} if index else {}):
+        with body.with_error(found) if index else nullcontext():
             step = read.step(body, item, f"fallback[{index}]")
         body.watched = None
         ends.append(body.flow)

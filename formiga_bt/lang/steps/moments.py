@@ -14,8 +14,9 @@ from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.steps.who import read_held
-from formiga_bt.lang.text.reading import did_you_mean, read_mapping, read_text, shorten
-from formiga_bt.lang.types import ANY
+from formiga_bt.lang.text.document import Node
+from formiga_bt.lang.text.reading import did_you_mean, read_mapping, read_name, read_text, shorten
+from formiga_bt.lang.types import ANY, agent_type
 from formiga_bt.lang.written import is_null
 
 _CODE: Final = re.compile(r"[a-z][a-z0-9_]*")
@@ -78,8 +79,27 @@ def read_fail(body: Body, keys: Keys) -> Part:
             )
         elif at is not None:
             part["code"] = at.text
+    if "with" in keys:
+        part["data"] = _read_data(body, keys["with"].value)
     body.flow.dead = True
     return part
+
+
+def _read_data(body: Body, node: Node) -> dict[str, Expr]:
+    """Read what a failure carries. No agents: who catches it may hold others."""
+    data: dict[str, Expr] = {}
+    mapping = read_mapping(node, body.problems, "with")
+    for entry in mapping.entries if mapping is not None else ():
+        name = read_name(entry.key, body.problems, "with")
+        value = body.value(entry.value, ANY, entry.key.text)
+        if agent_type(value.type).name == "agent":
+            help_ = f"carry what is known of it, for example its id: ${{{value.source}.id}}"
+            body.problems.add("E008", entry.value.mark, "a failure carries no agents", help_)
+        elif name is not None:
+            data[name.text] = value
+    if mapping is not None and not mapping.entries:
+        body.problems.add("E044", mapping.mark, "'with' carries nothing", "with: {spot: ${hit.at}}")
+    return data
 
 
 def read_wait_until(body: Body, keys: Keys) -> Part | None:

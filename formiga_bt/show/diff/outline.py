@@ -230,7 +230,7 @@ class _Scope:
                 found = {"notify": self.value(step.text), "severity": values.text(step.severity)}
                 return found | ({"to": people} if step.to else {})
             case model.Fail():
-                found = {"fail": self.value(step.message)}
+                found = {"fail": self.value(step.message)} | self.exprs(step.data)
                 return found | ({"code": values.text(step.code)} if step.code else {})
             case model.WaitFor():
                 found = {"agent": values.name(step.who.name), "event": values.text(step.event)}

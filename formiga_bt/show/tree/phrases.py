@@ -113,7 +113,9 @@ def _said(step: Step) -> tuple[StyledSpan, ...]:
             return StyledSpan("notify", "kind"), StyledSpan(f'{to}: "{source(step.text)}" ({step.severity})')
         case model.Fail():
             code = f" [{step.code}]" if step.code else ""
-            return StyledSpan("fail", "kind"), StyledSpan(f'{code}: "{source(step.message)}"')
+            data = ", ".join(f"{key}: {source(e)}" for key, e in step.data.items())
+            carries = f" with {data}" if data else ""
+            return StyledSpan("fail", "kind"), StyledSpan(f'{code}: "{source(step.message)}"{carries}')
         case model.WaitFor():
             since = " (since the task's start)" if step.since_task else ""
             return (

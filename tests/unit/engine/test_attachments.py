@@ -6,11 +6,11 @@ from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.files import MOST_FILES
 from formiga_bt.engine.kernel.inputs import Alarm, GoalEventInput
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, effects, packaged_world, task_of
 from formiga_bt.show.history.records import file_facts, question_fact
 from formiga_bt.transport.attachments import Attachment, attachment_of
 from formiga_bt.transport.messages import GoalEvent
+from tests.reloading import reloaded
 
 SITE, CATALOGUE = packaged_world()
 LOOK = task_of(
@@ -96,6 +96,6 @@ def test_a_repeated_result_names_a_file_once_and_the_oldest_are_forgotten() -> N
 def test_files_outlive_a_snapshot() -> None:
     made, drone, task = flying()
     ends(made, drone, PHOTO)
-    state: Any = load_snapshot(snapshot(made.engine.state))
+    state: Any = reloaded(made.engine.state)
     state = state[0] if isinstance(state, tuple) else state
     assert state.tasks[task].files == made.task(task).files

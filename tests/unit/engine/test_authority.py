@@ -11,13 +11,13 @@ from formiga_bt.base.geo import Place
 from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Serve, Submit
 from formiga_bt.engine.kernel.records import Lockdown
 from formiga_bt.engine.kernel.replies import Refusal
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.model import Site
 from formiga_bt.rehearsal.testing import Bench, effects, packaged_world, task_of
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.safety.drafted import drafted
 from formiga_bt.transport.messages import PreflightCheck
 from tests.golden import Wording
+from tests.reloading import reloaded
 
 GOOD = (PreflightCheck("gnss", True, "14 satellites"),)
 BAD = (PreflightCheck("gnss", True), PreflightCheck("storage", False, "no card"))
@@ -223,7 +223,7 @@ def test_that_a_model_wrote_it_is_never_taken_back_and_is_part_of_the_state() ->
     field.ask(Serve("Hop", bundle))
     written(field, "Hop", "ann")
     assert field.engine.state.drafted == {bundle: drafted(["eve", "ann"], "local qwen", ["bob@desk"])}
-    assert load_snapshot(snapshot(field.engine.state)).drafted == field.engine.state.drafted
+    assert reloaded(field.engine.state).drafted == field.engine.state.drafted
 
 
 def test_in_a_simulation_nothing_of_this_binds() -> None:

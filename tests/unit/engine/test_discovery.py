@@ -8,11 +8,11 @@ from msgspec.structs import replace
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import AgentSeenInput, Learn
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.growing import growing
 from formiga_bt.lang.model import Site, Task
 from formiga_bt.rehearsal.testing import Bench, alarms, folded, packaged_world, task_of
 from formiga_bt.transport.cards import AgentCard, CardAction, CardField
+from tests.reloading import reloaded
 from tests.unit.engine.test_authority import real
 
 SPRAY = CardAction(
@@ -148,7 +148,7 @@ def test_what_cannot_be_read_is_shown_with_its_reason_and_binds_nobody(odd: Card
 def test_the_journal_keeps_it_and_an_engine_that_goes_on_knows_it() -> None:
     shed = Shed()
     shed.card()
-    state = load_snapshot(snapshot(shed.engine.state))
+    state = reloaded(shed.engine.state)
     assert state.discovered == folded(shed.steps).discovered == shed.engine.state.discovered
 
     site, catalogue = packaged_world()

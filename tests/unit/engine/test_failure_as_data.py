@@ -2,6 +2,7 @@
 
 from formiga_bt.engine.kernel.inputs import NotifyPeople
 from formiga_bt.rehearsal.testing import effects
+from tests.reloading import reloaded
 from tests.unit.engine.yard import CART, Yard
 
 FAILS = """
@@ -85,3 +86,44 @@ subtrees:
 
     assert bench.end(task) == ("SUCCEEDED", "")
     assert told(bench) == ["13 in all", "nothing"]
+
+
+CARRIES = """
+steps:
+  - call: Probe
+    with: {cart: "${cart}"}
+on_failure:
+  - notify: "stopped at ${error.data.spot.n}, ${error.data.left} to go"
+    when: is_set(error.data.spot) and is_set(error.data.left)
+subtrees:
+  Probe:
+    params: {cart: agent}
+    steps:
+      - do: cart.Move
+        save_as: got
+      - fail: The way ends here.
+        code: dead_end
+        with:
+          spot: ${got}
+          left: 2
+"""
+
+
+def test_a_failure_carries_values_out_of_a_subtree_and_over_a_restart() -> None:
+    bench = Yard(CART + CARRIES)
+    task = bench.start()
+    settle(bench, result={"n": 7})
+
+    assert bench.end(task) == ("FAILED", "failed:dead_end")
+    assert told(bench) == ["stopped at 7, 2 to go"]
+    failure = reloaded(bench.engine.state).tasks[task].outcome.failure
+    assert failure is not None
+    assert failure.data == {"spot": {"n": 7}, "left": 2}
+
+
+def test_a_failure_of_an_agent_carries_nothing() -> None:
+    bench = Yard(CART + CARRIES)
+    task = bench.start()
+    settle(bench, "fail", code="mud")
+
+    assert (bench.end(task), told(bench)) == (("FAILED", "failed:mud"), [])

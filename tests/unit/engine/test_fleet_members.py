@@ -5,11 +5,12 @@ import pytest
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import AgentSeenInput, EngineStep
-from formiga_bt.engine.kernel.state import board_of, load_snapshot, members_key, snapshot
+from formiga_bt.engine.kernel.state import board_of, members_key
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.transport.messages import AgentCard
+from tests.reloading import reloaded
 from tests.replay.missions import world
 
 TEXT = """
@@ -77,7 +78,7 @@ def test_a_loaded_state_knows_who_is_there_and_wakes_as_before(flown: Rehearsal)
     task = flown.submit("Crowd", {})
     flown.run_for(2)
     old = flown.engine
-    state = load_snapshot(snapshot(old.state))
+    state = reloaded(old.state)
     again = Engine(old.core.site, old.core.catalogue, old.core.models, state=state)
     key = members_key("picker")
     card = AgentCard(id="zoe", type="picker", boot_id="z", actions=("Confirm",), mobility="people")

@@ -6,10 +6,11 @@ import pytest
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Abort, EngineStep, GoalEventInput, SendGoal, Started, Submit, TimerDue
 from formiga_bt.engine.kernel.replies import Done, Refusal
-from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.engine.kernel.timers import AllocationDue, TaskDue, Timer, TurnDue
 from formiga_bt.rehearsal.testing import effects, folded
 from formiga_bt.transport.messages import GoalEvent
+from tests.reloading import reloaded
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, task, yard
 
@@ -132,7 +133,7 @@ def test_an_engine_goes_on_from_a_snapshot_where_another_stood(make: Make) -> No
     bench = make(text)
     one = bench.start()
 
-    other = engine(text, load_snapshot(snapshot(bench.engine.state)))
+    other = engine(text, reloaded(bench.engine.state))
 
     assert snapshot(other.state) == snapshot(bench.engine.state)
     assert other.statuses(one) == bench.engine.statuses(one)

@@ -3,12 +3,13 @@
 from agents_sim.faults import Order
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.inputs import AgentEventInput, Alarm
-from formiga_bt.engine.kernel.state import KEPT_EVENTS, load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import KEPT_EVENTS
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.transport.messages import AgentEvent
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.replay.missions import world
 
 TEXT = """
@@ -52,7 +53,7 @@ def test_a_repeated_event_counts_once_and_a_lie_counts_as_bad() -> None:
     state = flown.engine.state
     assert [(one.boot_id, one.n) for one in state.agent_events["picker_1"]] == [("b", 1), ("c", 1)]
     assert state.agents["picker_1"].bad == 1
-    assert load_snapshot(snapshot(state)).agent_events == state.agent_events
+    assert reloaded(state).agent_events == state.agent_events
     flown.close()
 
 

@@ -10,11 +10,12 @@ from formiga_bt.engine.kernel.inputs import Approve, EngineStep, Operator, Serve
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import Version
 from formiga_bt.engine.kernel.replies import Accepted, Done
-from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.lang.model import Task
 from formiga_bt.rehearsal.testing import folded
 from formiga_bt.safety.approval import approval_digest
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.test_request import child, step, tasks
@@ -154,7 +155,7 @@ def test_state_and_trees_come_back_from_a_snapshot_and_steps_fold_to_the_same_by
 
     journal = msgspec.json.encode(yard.steps)
     assert snapshot(folded(msgspec.json.decode(journal, type=list[EngineStep]))) == shot
-    again = Engine(*yards.yard(), Bundles([task(TWO), task(ONE)]), state=load_snapshot(shot))
+    again = Engine(*yards.yard(), Bundles([task(TWO), task(ONE)]), state=reloaded(yard.engine.state))
     assert snapshot(again.state) == shot
     assert again.statuses(old) == yard.engine.statuses(old) != {}
     assert again.statuses(new) == yard.engine.statuses(new) != {}
@@ -165,7 +166,7 @@ def test_a_state_whose_models_are_not_there_is_not_gone_on_with(make: Make, word
     yard = make(task(ONE))
     yard.start()
     with pytest.raises(AssertionError) as refused:
-        Engine(*yards.yard(), {"Try": task(TWO)}, state=load_snapshot(snapshot(yard.engine.state)))
+        Engine(*yards.yard(), {"Try": task(TWO)}, state=reloaded(yard.engine.state))
     wording(refused.value)
 
 
@@ -204,4 +205,4 @@ def test_the_state_says_which_versions_there_are(make: Make) -> None:
     serve(yard, task(TWO))
     change = ch.LibraryPut("Try", (Version(0, 1, task(ONE).bundle), Version(1, 2, task(TWO).bundle)))
     state = EngineState(library={change.task: change.versions})
-    assert load_snapshot(snapshot(state)).library == yard.engine.state.library
+    assert reloaded(state).library == yard.engine.state.library

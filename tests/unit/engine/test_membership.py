@@ -6,10 +6,10 @@ from msgspec.structs import replace
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.inputs import AddAgent, RemoveAgent
 from formiga_bt.engine.kernel.records import Member
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.model import Port
 from formiga_bt.rehearsal.testing import folded
 from formiga_bt.safety.approval import approval_digest
+from tests.reloading import reloaded
 from tests.unit.engine.test_authority import GOOD, Field, real
 
 
@@ -128,4 +128,4 @@ def test_members_are_part_of_what_the_journal_keeps() -> None:
     bench = field()
     bench.ask(AddAgent("lwd_9", kind="lwd", home="spare", by="ann"))
     assert folded(bench.steps).members == bench.engine.state.members
-    assert load_snapshot(snapshot(bench.engine.state)).members == bench.engine.state.members
+    assert reloaded(bench.engine.state).members == bench.engine.state.members

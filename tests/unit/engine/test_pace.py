@@ -6,7 +6,6 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.kernel.changes import WakesPut
 from formiga_bt.engine.kernel.inputs import Abort, TimerDue
 from formiga_bt.engine.kernel.pace import throttled
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.history.ledger import Ledger
@@ -14,6 +13,7 @@ from formiga_bt.show.history.records import task_fact
 from formiga_bt.show.history.urgency import UrgencyIndex
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import WhyScene
+from tests.reloading import reloaded
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import Yard
 
@@ -84,7 +84,7 @@ def test_the_budget_survives_a_snapshot(make: Make) -> None:
     task = yard.start()
     yard.run_for(3)
     state = yard.engine.state
-    assert load_snapshot(snapshot(state)).wakes[task] == state.wakes[task]
+    assert reloaded(state).wakes[task] == state.wakes[task]
 
 
 @pytest.mark.parametrize("loops", [1, 200])

@@ -6,9 +6,9 @@ from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator import preemption
 from formiga_bt.engine.kernel.inputs import LockdownOrder, NotifyPeople, Operator, PublishState
 from formiga_bt.engine.kernel.records import AgentRecord
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.rehearsal.testing import effects
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
 
@@ -88,7 +88,7 @@ class TestATaskStepsAside:
 
         assert verdicts(yard, urgent)["c1"] == ("preempting", mine)
         assert yard.engine.state.requests[urgent].preempting == {mine: 1}
-        assert load_snapshot(snapshot(yard.engine.state)).requests == yard.engine.state.requests
+        assert reloaded(yard.engine.state).requests == yard.engine.state.requests
         assert (yard.task(mine).restart.why, yard.task(mine).outcome.reason) == ("preempted", f"for {urgent}")
         step(yard, "Home")
         wording(yard.task(mine).restart.past)

@@ -7,7 +7,7 @@ import pytest
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.inputs import Abort, Approve, Duty, LockdownOrder, Operator, Serve
 from formiga_bt.engine.kernel.records import TaskRecord
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.nodes.memory import RequestMem
@@ -15,6 +15,7 @@ from formiga_bt.safety.approval import approval_digest
 from formiga_bt.safety.drafted import drafted
 from formiga_bt.transport.messages import PreflightCheck
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
@@ -418,10 +419,10 @@ def test_a_child_waits_for_a_pilot(make: Make) -> None:
 def test_a_snapshot_with_a_child_under_way_is_whole(make: Make) -> None:
     yard, mine = started(make)
 
-    shot = snapshot(yard.engine.state)
+    loaded = reloaded(yard.engine.state)
 
-    assert snapshot(load_snapshot(shot)) == shot
-    assert any(isinstance(mem, RequestMem) for mem in load_snapshot(shot).memory[mine].values())
+    assert snapshot(loaded) == snapshot(yard.engine.state)
+    assert any(isinstance(mem, RequestMem) for mem in loaded.memory[mine].values())
     yard.abort(mine)
 
 

@@ -19,7 +19,6 @@ from formiga_bt.engine.kernel.inputs import (
     TimerDue,
 )
 from formiga_bt.engine.kernel.replies import Accepted
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import RuleDue
 from formiga_bt.engine.rules.borders import BAND_M
 from formiga_bt.engine.rules.starting import MOST_STARTS
@@ -27,6 +26,7 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import alarms, effects
 from formiga_bt.safety.approval import RULES, approval_digest, rules_digest
 from formiga_bt.transport.messages import AgentEvent
+from tests.reloading import reloaded
 from tests.unit.engine.ruled import HELP, LEFT, REAL, SOS, Ruled
 
 NOW = LEFT.replace("    for: 10 s\n", "")
@@ -339,7 +339,7 @@ def test_a_rule_in_haste_waits_for_a_person(tmp_path: Path) -> None:
 def again(bench: Ruled, downtime_s: float, site: object = None) -> tuple[Engine, int]:
     """Return an engine that goes on from what was kept, after so long, and its time."""
     old = bench.engine
-    state = load_snapshot(snapshot(old.state))
+    state = reloaded(old.state)
     engine = Engine(site or bench.site, bench.catalogue, dict(old.core.models), state=state, resumes=True)  # type: ignore[arg-type]
     now = bench.now + round(downtime_s * 1e6)
     engine.handle(now, Resumed(epoch=2, at=bench.now, since=bench.now, wall=now))

@@ -2,9 +2,10 @@
 
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import NotifyPeople
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.rehearsal.testing import effects
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine.yard import CART, Yard, yard
 
 TEXT = """
@@ -92,15 +93,16 @@ def test_it_is_found_again_in_a_snapshot() -> None:
     bench, task = moving()
     bench.abort(task)
     bench.run_for(0.2)
-    waiting = snapshot(bench.engine.state)
+    waiting = reloaded(bench.engine.state)
     confirm(bench)
-    running = snapshot(bench.engine.state)
+    running = reloaded(bench.engine.state)
 
     for shot, state, nodes in (
         (waiting, "waiting", {}),
         (running, "running", {"steps/steps[0]": "RUNNING", "steps/steps[0].finally[1]": "RUNNING"}),
     ):
-        engine = Engine(*yard(), bench.engine.core.models, state=load_snapshot(shot))
+        before = snapshot(shot)
+        engine = Engine(*yard(), bench.engine.core.models, state=shot)
         (cleanup,) = engine.state.tasks[task].ending.cleanups
         assert (cleanup.state, engine.statuses(task)) == (state, nodes)
-        assert snapshot(engine.state) == shot
+        assert snapshot(engine.state) == before

@@ -5,11 +5,11 @@ import pytest
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Abort, AgentStatusInput, EngineStep, PublishState, TimerDue
 from formiga_bt.engine.kernel.replies import Refusal
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.engine.tasks import wake_queue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentStatus
+from tests.reloading import reloaded
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import Yard
 
@@ -89,7 +89,7 @@ def test_an_engine_that_went_in_between_looks_at_all_who_wait(crowd: tuple[Yard,
     yard.driver._handle(now, report(yard, 10.0))
 
     core = yard.engine.core
-    engine = Engine(core.site, core.catalogue, core.models, state=load_snapshot(snapshot(yard.engine.state)))
+    engine = Engine(core.site, core.catalogue, core.models, state=reloaded(yard.engine.state))
 
     found: list[str] = []
     while (due := engine.next_deadline()) is not None and due == (now, TurnDue()):

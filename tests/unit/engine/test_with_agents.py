@@ -3,9 +3,10 @@
 import pytest
 
 from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.nodes.memory import WithMem
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
 
@@ -366,10 +367,9 @@ def test_a_snapshot_in_a_block_goes_on(make: Make, after: int) -> None:
         yard.carts[1].fail("stuck")
         yard.run_for(0.3)
 
-    shot = snapshot(yard.engine.state)
+    loaded = reloaded(yard.engine.state)
 
-    loaded = load_snapshot(shot)
-    assert snapshot(loaded) == shot
+    assert snapshot(loaded) == snapshot(yard.engine.state)
     states = [mem.state for mem in loaded.memory.get(mine, {}).values() if isinstance(mem, WithMem)]
     assert ("waits", "runs", "releases")[after] in states or after == 0
     yard.abort(mine)

@@ -4,8 +4,8 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.model import Catalogue, Resource, Site, Task
+from tests.reloading import reloaded
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
@@ -215,7 +215,7 @@ def test_lockdown_grants_nothing(make: Make) -> None:
 def test_a_snapshot_keeps_claims_and_requests(make: Make) -> None:
     yard = make(tried("[lift, bay: 2]", "{wait: 5 s}"), tried("lift", "{wait: 1 s}", "Other"), carts=2)
     mine, other = yard.start(), yard.start("Other")
-    state = load_snapshot(snapshot(yard.engine.state))
+    state = reloaded(yard.engine.state)
 
     assert state.tasks[mine].resources == yard.task(mine).resources
     assert [request.units for request in state.requests.values()] == [{"lift": 1}]

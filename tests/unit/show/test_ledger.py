@@ -9,10 +9,11 @@ from formiga_bt.engine.kernel.causes import ClearanceHold, LockdownHold, TakeOve
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskHold, TaskRecord, TaskRequest
 from formiga_bt.engine.kernel.replies import Refusal
-from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.engine.kernel.timers import LiveDue, TaskDue
 from formiga_bt.show.history.ledger import Bounds, Ledger
 from tests.golden import Wording
+from tests.reloading import reloaded
 from tests.unit.engine.yard import CART, Yard
 from tests.unit.show.scene import source_of, told
 
@@ -158,7 +159,7 @@ def test_a_ledger_goes_on_from_a_loaded_state(wording: Wording) -> None:
     bench = Yard(CART + "steps: [{do: cart.Move, retry: {attempts: 2}}, {wait: 3 s}]")
     one = bench.start()
     whole = source_of(bench)
-    ledger = Ledger(state=load_snapshot(snapshot(bench.engine.state)))
+    ledger = Ledger(state=reloaded(bench.engine.state))
     bench.driver.listeners.append(ledger.feed)
     bench.cart.succeed()
     bench.run_for(1)
