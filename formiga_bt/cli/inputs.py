@@ -12,6 +12,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
 from formiga_bt.base.errors import UnusableFile as UnusableFile
+from formiga_bt.base.near_site import SITE_FILE
 from formiga_bt.base.packaged import folder
 
 if TYPE_CHECKING:
@@ -130,15 +131,18 @@ def _no_pipe(path: Path) -> None:
         raise UnusableFile(f"cannot read {path}: it is no regular file")
 
 
-def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> CheckWorld:
+def read_world(
+    actions: Sequence[Path] = (), site: Path | None = None, *, near: Path | None = Path(SITE_FILE)
+) -> CheckWorld:
     """Read a site, if any, and the catalogues that it uses (`lang.compose`).
 
     A site called `demo` where there is no such file is the demo site that ships. Without a site the catalogues are those of
-    `site.yaml` in the present folder, if there is one: a task is checked against the types that it will find here.
+    the site that is `near`, if there is one: a task is checked against the types and libraries that it will find there.
 
     Args:
         actions: catalogue files, or names of those that ship, added to those of the site.
         site: the site file.
+        near: the site file whose catalogues count where no site is named, such as `site.yaml` of the present folder.
 
     Raises:
         UnusableFile: a file cannot be opened.
@@ -149,8 +153,7 @@ def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> CheckW
     if site is not None:
         found = compose(readable(site_file(site)), added)
         return CheckWorld(found.catalogue, found.site, found.diagnostics, found.sources, found.files)
-    here = Path("site.yaml")
-    found = compose(here if here.is_file() else None, added)
+    found = compose(near if near is not None and near.is_file() else None, added)
     mine = {str(path) for path in found.files}
     problems = tuple(one for one in found.diagnostics if one.mark.file in mine)
     sources = {name: text for name, text in found.sources.items() if name in mine}

@@ -107,7 +107,7 @@ def bundles_of(path: Path, root: Path, site: Path | None = None) -> list[TaskFil
     """
     from formiga_bt.services.kept.drafted import known_below
 
-    file = site or root / "site.yaml"
+    file = (site or root / "site.yaml").resolve()
     catalogue = read_world((), file if file.is_file() else None).catalogue
     return list(_bundles(readable(path).resolve(), root, catalogue, set(), known_below(root)))
 

@@ -328,9 +328,7 @@ def _named(view: PositionView, option: Option | None) -> Iterator[Item]:
         case "actions":
             yield from _words(view, view.catalogue.actions, "action")
         case "imports":
-            places = view.project.folders(view.document.path)
-            files = {p.relative_to(place).as_posix() for place in places for p in (place / "lib").glob("*.yaml")}
-            yield from _words(view, sorted(files), "file")
+            yield from _words(view, view.project.importable(view.document.path), "file")
         case "on" if view.document.kind == "task" and "options" in view.slot.step:
             yield from _words(view, re.findall(r"[\w-]+", view.slot.step["options"]))
         case "home" if view.site is not None:

@@ -9,25 +9,24 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
-from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.base.near_site import site_near
 from formiga_bt.base.packaged import folder
 from formiga_bt.editor.grammar import FileKind, file_kind
 from formiga_bt.editor.index import FileIndex, build
 from formiga_bt.editor.seen import Seen
 from formiga_bt.lang.catalogue import load_catalogue
+from formiga_bt.lang.files import importable
 from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site, load_site_text
 from formiga_bt.lang.site.catalogues import catalogue_file, catalogue_files
+from formiga_bt.lang.site.libraries import library_folders
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.world import World
-
-SITE_FILE: Final = "site.yaml"
-"""A site of this name, in the folder of a file or above it, is the one that the file is checked against."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,28 +127,38 @@ class Project:
             return None
 
     def folders(self, path: Path) -> tuple[Path, ...]:
-        """Return the folders where imports of a file are looked up."""
+        """Return the folders where tasks and sites are looked up that a file names."""
         return (path.parent, folder("trees"))
+
+    def importable(self, path: Path) -> list[str]:
+        """Return the words by which a file can import libraries."""
+        return importable(path.parent, self.catalogue(path).libraries, (folder("trees"),))
 
     # --- the world ----------------------------------------------------------------------------------------------
 
     def catalogue_files(self, path: Path) -> tuple[Path, ...]:
         """Return the catalogues of the site that a file is checked against; of a site, its own."""
+        return catalogue_files(*self._site_text(path), self.actions)
+
+    def _site_text(self, path: Path) -> tuple[str, str]:
+        """Return the text of the site that a file is checked against, "" if there is none, and its file's name."""
         document = self.open.get(path.resolve())
         is_site = document is not None and document.kind == "site"
         file = path if is_site else self.site or self._site_near(path)
         text = ""
         with suppress(OSError, UnicodeDecodeError):
             text = self.read(file) if file is not None else ""
-        return catalogue_files(text, str(file), self.actions)
+        return text, str(file)
 
     def catalogue(self, path: Path) -> Catalogue:
         """Return the agent types and actions for a file, read again when one of their files changed."""
-        files = self.catalogue_files(path)
+        text, file = self._site_text(path)
+        files, libraries = catalogue_files(text, file, self.actions), library_folders(text, file)
         stamps = tuple(self.stamp(one) for one in files)
-        known = self._catalogues.get(files)
+        known = self._catalogues.get((*files, *libraries))
         if known is None or known[0] != stamps:
-            known = self._catalogues[files] = (stamps, load_catalogue(files, read=self.read)[0])
+            catalogue = load_catalogue(files, read=self.read, libraries=libraries)[0]
+            known = self._catalogues[*files, *libraries] = (stamps, catalogue)
         return known[1]
 
     def site_of(self, path: Path) -> Site | None:
@@ -167,12 +176,7 @@ class Project:
         return known[1]
 
     def _site_near(self, path: Path) -> Path | None:
-        for place in path.parents:
-            if (place / SITE_FILE).is_file():
-                return place / SITE_FILE
-            if place == self.root or (place / ".git").exists():
-                break
-        return None
+        return site_near(path.parent, self.root)
 
     # --- subtrees -----------------------------------------------------------------------------------------------
 
@@ -203,7 +207,8 @@ class Project:
         return Signature(name, params, Path(neighbours.path(name)), mark, True)
 
     def _neighbours(self, document: Document) -> Neighbours:
-        return Neighbours(document.path.parent, (folder("trees"),), self.read)
+        own = self.catalogue(document.path).libraries
+        return Neighbours(document.path.parent, (folder("trees"),), self.read, own=own)
 
     def imports(self, document: Document, index: FileIndex | None = None) -> dict[str, Path]:
         """Return the files that a file imports, by the words that name them."""
@@ -221,7 +226,8 @@ class Project:
         """Return the file that an import of `path` means, or None."""
         if not word or "\0" in word or Path(word).is_absolute():
             return None
-        return next((place / word for place in self.folders(path) if (place / word).is_file()), None)
+        places = (path.parent, *self.catalogue(path).libraries, folder("trees"))
+        return next((place / word for place in places if (place / word).is_file()), None)
 
     def _unit(self, path: Path) -> FileIndex:
         document = self.open.get(path.resolve())

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from formiga_bt.base.diagnostics import Diagnostic, Mark, UnusedName
+from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.files import read_file
-from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.loader import load_library_text, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.rules.keys import FOLDER as RULES
 from formiga_bt.lang.scenario import load_scenario_text
@@ -79,7 +79,8 @@ def check_text(
         case "other":
             return []
         case "library":
-            return _of_library(text, path, catalogue)
+            found = load_library_text(text, file, catalogue=catalogue, site=site, folder_=path.parent).diagnostics
+            return [one for one in found if one.mark.file == file]
         case _:
             return load_task_text(text, file, catalogue=catalogue, site=site, folder_=path.parent).diagnostics
 
@@ -103,11 +104,3 @@ def check_rules(
         return text if one == path else read(one)
 
     return [one for one in compose(site, added, read=read_all).diagnostics if one.mark.file == str(path)]
-
-
-def _of_library(text: str, path: Path, catalogue: Catalogue) -> list[Diagnostic]:
-    """Return the problems of a library: it is read as the task that it would be with a name and a step."""
-    task = f"{text.rstrip()}\ntask: Library\nsteps:\n  - wait: 1 s\n"
-    found = load_task_text(task, str(path), catalogue=catalogue, folder_=path.parent).diagnostics
-    mine = [d for d in found if d.mark.file == str(path) and d.mark.line <= text.rstrip().count("\n") + 1]
-    return [d for d in mine if not (isinstance(d.about, UnusedName) and d.about.kind == "subtree")]

@@ -98,7 +98,11 @@ _SUCH_AS: Final[Mapping[str, str]] = {
 
 
 def load_catalogue(
-    files: Sequence[Path], library: Sequence[Path] | None = None, *, read: Callable[[Path], str] = read_file
+    files: Sequence[Path],
+    library: Sequence[Path] | None = None,
+    *,
+    read: Callable[[Path], str] = read_file,
+    libraries: Sequence[Path] = (),
 ) -> tuple[Catalogue, list[Diagnostic], dict[str, str]]:
     """Read catalogue files.
 
@@ -106,11 +110,12 @@ def load_catalogue(
         files: in order; a name may be defined again only with the same words.
         library: the folders where the types' subtrees are looked up; None = the packaged trees.
         read: gives the text of a file.
+        libraries: the folders of the site's own libraries.
 
     Returns:
         The catalogue (of what could be read), all problems in file order, and the text of each file read.
     """
-    reader = _CatalogueReader((folder("trees"),) if library is None else library, read)
+    reader = _CatalogueReader((folder("trees"),) if library is None else library, read, libraries)
     for path in files:
         reader.read_file(path)
     catalogue = reader.finish()
@@ -120,9 +125,9 @@ def load_catalogue(
 class _CatalogueReader:
     """Gathers the entries of all files, then resolves `extends` and the subtrees that types name."""
 
-    def __init__(self, library: Sequence[Path], read: Callable[[Path], str]) -> None:
+    def __init__(self, library: Sequence[Path], read: Callable[[Path], str], libraries: Sequence[Path]) -> None:
         self.problems = Problems()
-        self.shelf = Shelf(library, self.problems, read)
+        self.shelf = Shelf(library, self.problems, read, libraries)
         self._read = read
         self._texts: list[str] = []
         self._types: dict[str, Entry] = {}
@@ -183,7 +188,8 @@ class _CatalogueReader:
             )
             for name, one in types.items()
         }
-        return Catalogue(types, actions, self._digest("".join(self.shelf.sources[f] for f in self.shelf.units)))
+        digest = self._digest("".join(self.shelf.sources[file] for file in self.shelf.units))
+        return Catalogue(types, actions, digest, self.shelf.own)
 
     def _digest(self, more: str) -> str:
         digest = hashlib.sha256()

@@ -14,6 +14,7 @@ from formiga_bt.lang.files import read_file
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site import load_site_text
 from formiga_bt.lang.site.catalogues import catalogue_files
+from formiga_bt.lang.site.libraries import library_folders
 
 
 class Composed(Struct, frozen=True):
@@ -46,7 +47,8 @@ def compose(
     except (OSError, UnicodeDecodeError) as error:
         problems.append(Diagnostic("E008", Mark(str(site), 1, 1), f"the file cannot be read: {error}"))
     files = catalogue_files(text or "", str(site), more)
-    catalogue, found, sources = load_catalogue(files, read=read)
+    libraries = library_folders(text or "", str(site))
+    catalogue, found, sources = load_catalogue(files, read=read, libraries=libraries)
     problems += found
     the_site: Site | None = None
     if site is not None and text is not None:

@@ -1,10 +1,10 @@
 """Files of a task: the task itself and what it imports, found, read once and parsed.
 
-An import is looked up in the importing file's folder, then in the folders of the library (the packaged trees). `Shelf`
-keeps what was read, finds circles, and remembers every text for diagnostics and for the hash of the bundle.
+An import is looked up in the importing file's folder, then in the libraries of the site, then in what ships (the packaged
+trees). `Shelf` keeps what was read, finds circles, and remembers every text for diagnostics and for the hash of the bundle.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from msgspec import Struct, field
@@ -52,17 +52,25 @@ class Shelf:
     """Every file read for one task.
 
     Args:
-        library: the folders where imports are looked up besides the importing file's own.
+        library: the folders of what ships, where imports are looked up last.
         problems: where to report.
         read: gives the text of an import; an editor has files that are not saved yet.
+        own: the folders of the site's own libraries, where they are looked up before.
     """
 
-    def __init__(self, library: Sequence[Path], problems: Problems, read: Callable[[Path], str] = read_file) -> None:
+    def __init__(
+        self,
+        library: Sequence[Path],
+        problems: Problems,
+        read: Callable[[Path], str] = read_file,
+        own: Sequence[Path] = (),
+    ) -> None:
         self.problems = problems
         self._read = read
         self.sources: dict[str, str] = {}
         self.units: dict[str, Unit] = {}
         self.library = tuple(library)
+        self.own = tuple(own)
         self._labels: dict[str, Path] = {}
         self._open: list[str] = []
 
@@ -152,11 +160,13 @@ class Shelf:
             unit.imports.append((at, imported))
 
     def _open_import(self, unit: Unit, at: Scalar) -> Unit | None:
-        path = self.locate(at.text, unit.folder)
-        if path is None:
+        located = self._located(at.text, unit.folder)
+        if not located:
             self._report_missing(unit, at)
             return None
+        path, *others = located
         file = self.label(path)
+        self._report_hidden(at, path, others)
         if file in self._open:
             circle = [Path(name).name for name in [*self._open[self._open.index(file) :], file]]
             self.problems.add("E051", at.mark, f"imports go in a circle: {' -> '.join(circle)}", "remove one of them")
@@ -177,26 +187,39 @@ class Shelf:
             if path.is_relative_to(place):
                 short = (Path(place.name) / path.relative_to(place)).as_posix()
                 return short if self._labels.setdefault(short, path) == path else str(path)
-        return str(path)
+        return str(path) if self._labels.setdefault(str(path), path) == path else str(path.absolute())
 
     def _report_missing(self, unit: Unit, at: Scalar) -> None:
-        folders = [*([unit.folder] if unit.folder is not None else []), *self.library]
-        known = sorted({str(p.relative_to(folder)) for folder in folders for p in (folder / "lib").glob("*.yaml")})
+        known = importable(unit.folder, self.own, self.library)
         meant = nearest(at.text, known)
         help_ = f"libraries: {', '.join(known)}" if known and not meant else "a path relative to this file"
         self.problems.add(
             "E008", at.mark, f"no file '{shorten(at.text)}' to import{did_you_mean(at.text, known)}", help_
         )
 
+    def _report_hidden(self, at: Scalar, path: Path, others: Iterable[Path]) -> None:
+        """Warn of an import whose word means other files too, which say something else: nobody sees which one counts."""
+        for other in others:
+            try:
+                differs = self._read(other) != self._read(path)
+            except (OSError, UnicodeDecodeError):
+                continue
+            if differs:
+                ships = any(other.is_relative_to(place) for place in self.library)
+                what = f"'{at.text}' means {path} here, and hides {'the one that ships' if ships else other}"
+                self.problems.add("W180", at.mark, what, "give one of them another name")
+                return
+
     def locate(self, name: str, folder: Path | None) -> Path | None:
         """Return where an import lies, or None."""
+        return next(iter(self._located(name, folder)), None)
+
+    def _located(self, name: str, folder: Path | None) -> list[Path]:
+        """Return all the files that a word of an import could mean; the first one counts."""
         if not name or "\0" in name or len(name) > 200 or Path(name).is_absolute():
-            return None
-        for place in (*([folder] if folder is not None else []), *self.library):
-            path = place / name
-            if self._is_there(path):
-                return path
-        return None
+            return []
+        places = (*([folder] if folder is not None else []), *self.own, *self.library)
+        return [path for place in places if self._is_there(path := place / name)]
 
     def _is_there(self, path: Path) -> bool:
         try:
@@ -208,6 +231,14 @@ class Shelf:
         except (OSError, ValueError):
             pass
         return False
+
+
+def importable(folder: Path | None, own: Iterable[Path], library: Iterable[Path]) -> list[str]:
+    """Return the words by which libraries can be imported from a folder: those in a `lib/`, and all of the site's own."""
+    below = [*([folder] if folder is not None else []), *library]
+    found = {path.relative_to(place) for place in below for path in (place / "lib").glob("*.yaml")}
+    found |= {path.relative_to(place) for place in own for path in place.rglob("*.yaml")}
+    return sorted(path.as_posix() for path in found)
 
 
 def _first_line(root: Mapping_) -> Fix | None:

@@ -73,7 +73,7 @@ def load_task(
         path: of the file; its folder is where imports are looked up first.
         catalogue: the agent types and actions that the task may use.
         site: the site it is to run on; without one, checks that need a site are silent.
-        library: the folders where imports are looked up next; None = the packaged trees.
+        library: the folders where imports are looked up after the libraries of the site; None = the packaged trees.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -97,6 +97,7 @@ def load_task_text(
     watch: Callable[[Mark, Scope], None] | None = None,
     others: Mapping[str, str] | None = None,
     labels: Mapping[int, str] | None = None,
+    libraries: Sequence[Path] | None = None,
 ) -> Loaded:
     """Read and check a task's text.
 
@@ -111,11 +112,13 @@ def load_task_text(
         watch: is told what is visible at each step.
         others: texts of tasks that it may request, by name, besides those of its folder and of the library.
         labels: how messages call its lines, if not by number.
+        libraries: the folders of the site's own libraries; None = as the catalogue says.
     """
     problems = Problems()
-    shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
+    own = catalogue.libraries if libraries is None else libraries
+    shelf = Shelf((folder("trees"),) if library is None else library, problems, read, own)
     unit = shelf.open_text(text, file, folder_, library=False, labels=labels)
-    neighbours = Neighbours(folder_, shelf.library, read, others)
+    neighbours = Neighbours(folder_, shelf.library, read, others, own)
     world = World(catalogue, site, watch, neighbours)
     task = _TaskReader(world, problems, shelf, unit).read() if unit.root is not None else None
     found = in_order(problems.found)
@@ -137,9 +140,9 @@ def load_library_text(
 ) -> Loaded:
     """Check the text of a library of subtrees by itself, as each task that imports it would; arguments as for a task."""
     problems = Problems()
-    shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
+    shelf = Shelf((folder("trees"),) if library is None else library, problems, read, catalogue.libraries)
     unit = shelf.open_text(text, file, folder_, library=True)
-    world = World(catalogue, site, watch, Neighbours(folder_, shelf.library, read))
+    world = World(catalogue, site, watch, Neighbours(folder_, shelf.library, read, own=shelf.own))
     subtrees = Subtrees(world, problems)
     for one in shelf.units.values():
         subtrees.read_all(one)

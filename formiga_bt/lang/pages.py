@@ -18,7 +18,7 @@ _TABLE_ROW: Final = re.compile(r"^\| (`[^|]+`(?:, `[^|]+`)*) \| (.*) \|$")
 
 @dataclass(frozen=True, slots=True)
 class PageExample:
-    """A piece of a file; `of` says of which: a task (""), a site, or a catalogue with a task after `---`."""
+    """A piece of a file; `of` says of which: a task (""), a site; or a catalogue, or a library, with a task after `---`."""
 
     text: str
     of: str = ""

@@ -57,11 +57,12 @@ def verbs_of(world: RequestWorld) -> dict[str, AgentVerb]:
             if (folder_ / library).is_file():
                 found |= {v.name: v for v in _subtrees(folder_ / library, library) if v.name in HELP}
                 break
-    for own in world.library:
-        for path in sorted(own.glob("lib/*.yaml")):
-            name = path.relative_to(own).as_posix()
-            if name not in LIBRARIES:
-                found |= {v.name: v for v in _subtrees(path, name)}
+    libraries = [(own, path) for own in world.library for path in sorted(own.glob("lib/*.yaml"))]
+    libraries += [(own, path) for own in world.catalogue.libraries for path in sorted(own.rglob("*.yaml"))]
+    for own, path in libraries:
+        name = path.relative_to(own).as_posix()
+        if name not in LIBRARIES:
+            found |= {v.name: v for v in _subtrees(path, name)}
     return found | _actions(world.catalogue)
 
 

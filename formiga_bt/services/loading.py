@@ -215,9 +215,11 @@ def read_stored(stored: Stored, site: Site, catalogue: Catalogue, others: Mappin
             return path.read_text(encoding="utf-8")
         return stored.read(path)
 
+    beside = Path(site.file).parent
+    libraries = [stored.folder / one.relative_to(beside) for one in catalogue.libraries]
     return load_task_text(
         stored.text(), stored.bundle.file, catalogue=catalogue, site=site,
-        folder_=stored.task_file.parent, read=read, others=others,
+        folder_=stored.task_file.parent, read=read, others=others, libraries=libraries,
     )  # fmt: skip
 
 

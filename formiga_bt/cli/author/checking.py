@@ -7,11 +7,12 @@ checking a task, so `quick` understands the usual words by itself and leaves the
 
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
+from formiga_bt.base.near_site import SITE_FILE, site_near
 from formiga_bt.cli.inputs import (
     CheckWorld,
     FoundFiles,
@@ -26,8 +27,8 @@ from formiga_bt.cli.inputs import (
 Form = Literal["text", "json", "sarif", "github"]
 
 _OTHER: Final = re.compile(r"^[\"']?(?:formiga_(?:site|rules|test|profile)|scenario)[\"']?[ \t]*:", re.MULTILINE)
-_OTHER_BUT: Final = re.compile(r"^[\"']?(?:types|actions)[\"']?[ \t]*:", re.MULTILINE)
-_TASK: Final = re.compile(r"^[\"']?(?:task|subtrees)[\"']?[ \t]*:", re.MULTILINE)
+_PARTS: Final = re.compile(r"^[\"']?(?:types|actions|subtrees)[\"']?[ \t]*:", re.MULTILINE)
+_TASK: Final = re.compile(r"^[\"']?(?:task|steps)[\"']?[ \t]*:", re.MULTILINE)
 """What files say that they are (`lang.any_file` says it too, but it is too slow to import for a task)."""
 
 FORMS: Final[tuple[Form, ...]] = ("json", "sarif", "github")
@@ -40,32 +41,31 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
         UnusableFile: a file cannot be read.
     """
     given = find_tasks(files, may_be_empty=True)
-    paths = given.tasks
-    world, actions = read_world(actions, site), added_catalogues(actions)
-    found, sources = list(world.diagnostics), dict(world.sources)
-    tasks = []
-    for path in paths:
-        if is_other(path):
-            problems, texts = _other(path, world, actions)
+    beside, left = _beside(files, given)
+    if not given.tasks and not beside:
+        find_tasks(files)  # says what is there instead
+    added = added_catalogues(actions)
+    found: list[Diagnostic] = []
+    sources: dict[str, str] = {}
+    paths = [*given.tasks, *beside]
+    for world, mine in _worlds(paths, site, actions):
+        found += world.diagnostics
+        sources.update(world.sources)
+        tasks = []
+        for path in mine:
+            if path in beside or is_other(path):
+                problems, texts = _other(path, world, added)
+            else:
+                read = read_task(path, world)
+                problems, texts = read.diagnostics, read.sources
+                tasks += [read.task] if read.task is not None else []
             found += problems
             sources.update(texts)
-            continue
-        read = read_task(path, world)
-        found += read.diagnostics
-        sources.update(read.sources)
-        tasks += [read.task] if read.task is not None else []
-    beside, left = _beside(files, given)
-    if not paths and not beside:
-        find_tasks(files)  # says what is there instead
-    for path in beside:
-        problems, texts = _other(path, world, actions)
-        found += problems
-        sources.update(texts)
-    paths, given = [*paths, *beside], FoundFiles(paths, left)
-    if len(tasks) > 1:
-        from formiga_bt.lang.checks.deadlock import check_tasks
+        if len(tasks) > 1:
+            from formiga_bt.lang.checks.deadlock import check_tasks
 
-        found += check_tasks(tasks, world.catalogue)
+            found += check_tasks(tasks, world.catalogue)
+    given = FoundFiles(paths, left)
     problems = in_order(found)
     errors = sum(d.severity == "error" for d in problems)
     warnings = len(problems) - errors
@@ -80,6 +80,24 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     head["no_tasks"] = [str(path) for path in given.others]
     print(_report(form, problems, head, closing))
     return int(refused)
+
+
+def _worlds(
+    paths: Sequence[Path], site: Path | None, actions: Sequence[Path]
+) -> Iterator[tuple[CheckWorld, Sequence[Path]]]:
+    """Iterate over what files are checked against, each with its files.
+
+    Without a site that was named those are the catalogues and libraries of the site near each file, else of the one here.
+    """
+    if site is not None:
+        yield read_world(actions, site), paths
+        return
+    files: dict[Path, list[Path]] = {}
+    near = {folder: site_near(folder) or Path(SITE_FILE) for folder in dict.fromkeys(path.parent for path in paths)}
+    for path in paths:
+        files.setdefault(near[path.parent], []).append(path)
+    for one, mine in files.items():
+        yield read_world(actions, near=one), mine
 
 
 def _beside(files: Sequence[Path], given: FoundFiles) -> tuple[list[Path], list[Path]]:
@@ -102,9 +120,9 @@ def read_quietly(path: Path) -> str:
 
 
 def is_other(path: Path) -> bool:
-    """Return whether a file says that it is a site, rules, a catalogue, a scenario, a test or a profile, and no task."""
+    """Return whether a file says that it is a library, a site, rules, a catalogue, a scenario, a test or a profile."""
     text = read_quietly(path)
-    return _OTHER.search(text) is not None or (_OTHER_BUT.search(text) is not None and _TASK.search(text) is None)
+    return _OTHER.search(text) is not None or (_PARTS.search(text) is not None and _TASK.search(text) is None)
 
 
 def _other(path: Path, world: CheckWorld, actions: Sequence[Path]) -> tuple[Sequence[Diagnostic], Mapping[str, str]]:

@@ -1,6 +1,7 @@
 """What tasks are checked against: the catalogue of agent types and actions, and the site."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Final, Literal
 
 from msgspec import Struct, field
@@ -116,12 +117,14 @@ class AgentType(Struct, frozen=True):
 
 
 class Catalogue(Struct, frozen=True):
-    """Agent types and actions that trees may use."""
+    """Agent types and actions that trees may use, and where the libraries are that they may import."""
 
     types: Mapping[str, AgentType] = field(default_factory=dict)
     actions: Mapping[str, ActionSpec] = field(default_factory=dict)
     digest: str = ""
     """SHA-256 (hex) over the files."""
+    libraries: tuple[Path, ...] = ()
+    """Folders of the site with subtrees of its own: imports are looked up there before what ships."""
 
 
 RESUME_HOLD_AFTER_US: Final = 30_000_000

@@ -22,6 +22,7 @@ class Neighbours:
         library: further folders of tasks, and of what they import.
         read: gives the text of a file.
         texts: tasks by name that are given as texts, before those in folders.
+        own: the folders of the site's own libraries.
     """
 
     def __init__(
@@ -30,9 +31,11 @@ class Neighbours:
         library: Sequence[Path],
         read: Callable[[Path], str],
         texts: Mapping[str, str] | None = None,
+        own: Sequence[Path] = (),
     ) -> None:
         self._folders = (*([folder] if folder is not None else []), *library)
         self._library = library
+        self._own = own
         self._read = read
         self._texts = dict(texts or {})
         self._paths: dict[str, Path] | None = None
@@ -126,7 +129,7 @@ class Neighbours:
             path = self._found().get(name)
             if name not in self._texts and path is None:
                 return None
-            shelf = Shelf(self._library, Problems(), self._read)
+            shelf = Shelf(self._library, Problems(), self._read, self._own)
             text = self._texts[name] if name in self._texts or path is None else self._read(path)
             file, folder = (name, None) if name in self._texts or path is None else (str(path), path.parent)
             self._units[name] = shelf, shelf.open_text(text, file, folder, library=False)

@@ -34,13 +34,26 @@ def load_site(path: Path, catalogue: Catalogue | None = None) -> tuple[Site | No
 
 
 def load_site_text(
-    text: str, file: str, catalogue: Catalogue | None = None, *, read: Callable[[Path], str] = read_file
+    text: str,
+    file: str,
+    catalogue: Catalogue | None = None,
+    *,
+    read: Callable[[Path], str] = read_file,
+    on_disk: bool = True,
 ) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
-    """Read the text of a site file; `file` is its name in marks, `catalogue` has its types, `read` gives further texts."""
+    """Read the text of a site file.
+
+    Args:
+        text: of the file.
+        file: its name in marks.
+        catalogue: has its types.
+        read: gives further texts.
+        on_disk: its catalogues and libraries must be there; a journal's site was read when they were.
+    """
     problems = Problems()
     keys = read_root(text, file, SITE, problems, what="site", owner="a site", begin="formiga_site: 1")
     if keys is None:
         return None, in_order(problems.found), {file: text}
-    reader = SiteReader(problems, keys, catalogue, file, read)
+    reader = SiteReader(problems, keys, catalogue, file, read, on_disk=on_disk)
     site = reader.read(text)
     return (None if problems.has_errors() else site), in_order(problems.found), {file: text, **reader.sources}

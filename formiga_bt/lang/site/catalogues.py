@@ -28,10 +28,10 @@ def catalogue_file(word: str, folder: Path) -> Path | None:
     return shipped_catalogues().get(word) if is_name(word) else folder / word
 
 
-def named(text: str, file: str) -> list[str] | None:
-    """Return the catalogues that the text of a site names; None = it says nothing of them."""
+def named(text: str, file: str, key: str = "actions") -> list[str] | None:
+    """Return the words that the text of a site lists under a key; None = it says nothing of it."""
     root, _ = parse_file(text, file)
-    entry = root.get("actions") if isinstance(root, Mapping_) else None
+    entry = root.get(key) if isinstance(root, Mapping_) else None
     if entry is None or not isinstance(entry.value, Listing):
         return None
     return [item.text for item in entry.value.items if isinstance(item, Scalar)]
@@ -58,8 +58,8 @@ def catalogue_files(text: str, file: str, more: Iterable[Path] = ()) -> tuple[Pa
     return tuple(found.values())
 
 
-def check_named(items: Iterable[Scalar], file: str, problems: Problems) -> None:
-    """Report what a site names under `actions:` and is not there."""
+def check_named(items: Iterable[Scalar], file: str, problems: Problems, *, on_disk: bool) -> None:
+    """Report what a site names under `actions:` and does not ship, or (`on_disk`) is not there."""
     known = shipped_catalogues()
     for at in items:
         path = catalogue_file(at.text, Path(file).parent)
@@ -67,7 +67,7 @@ def check_named(items: Iterable[Scalar], file: str, problems: Problems) -> None:
             what = f"no catalogue '{shorten(at.text)}' ships{did_you_mean(at.text, known)}"
             help_ = f"{quoted_list(known)}; of your own write the file, such as actions/{shorten(at.text)}.yaml"
             problems.add("E008", at.mark, what, help_, fix_word(at, surely(at.text, known)))
-        elif not _is_file(path):
+        elif on_disk and not _is_file(path):
             what = f"there is no catalogue file '{shorten(at.text)}'"
             problems.add(
                 "E008", at.mark, what, f"a path relative to this file, or one that ships: {quoted_list(known)}"

@@ -11,6 +11,7 @@ SITE: Final = (
     Option("name", "name", "The site's name.", required=True),
     Option("base", "options", "The base station: lat, lng, ground_msl.", required=True),
     Option("actions", "words", "Its catalogues: names of those that ship, and files. `base` is always there."),
+    Option("libraries", "words", "Folders of its own subtrees, where imports are looked up: [trees/lib]."),
     Option("timezone", "word", "Its IANA time zone, such as Europe/Helsinki (UTC)."),
     Option("ports", "map", "Landing ports: {at, waiting}."),
     Option("places", "map", "Named places."),

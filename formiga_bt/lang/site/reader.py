@@ -19,6 +19,7 @@ from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
+from formiga_bt.lang.site.libraries import check_libraries
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.routes import read_routes
 from formiga_bt.lang.site.whole import check_whole, machines
@@ -49,8 +50,11 @@ class SiteReader(Points):
         catalogue: Catalogue | None,
         file: str,
         read: Callable[[Path], str],
+        *,
+        on_disk: bool = True,
     ) -> None:
         super().__init__(problems, keys, catalogue, file)
+        self._on_disk = on_disk
         self._read = read
         self.sources: dict[str, str] = {}
         """Texts of the files of its rules, by name, once it is read."""
@@ -58,8 +62,10 @@ class SiteReader(Points):
     def read(self, text: str) -> Site:
         """Build the site; where something is wrong it has been reported and is left out."""
         check_version(self.keys, "formiga_site", "this site needs")
-        if "actions" in self.keys:
-            check_named(read_words(self.keys["actions"].value, self.problems, "actions"), self.file, self.problems)
+        for key, check in (("actions", check_named), ("libraries", check_libraries)):
+            if key in self.keys:
+                words = read_words(self.keys[key].value, self.problems, key)
+                check(words, self.file, self.problems, on_disk=self._on_disk)
         ports = {e.key.text: port for e in self.entries("ports") if (port := self._port(e)) is not None}
         stations = {e.key.text: one for e in self.entries("stations") if (one := self._station(e)) is not None}
         resources = {e.key.text: self._resource(e) for e in self.entries("resources")}

@@ -12,6 +12,7 @@ from formiga_bt.journal.store import Journal
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.site import load_site_text
+from formiga_bt.lang.site.libraries import library_folders
 
 _CATALOGUE: Final = re.compile(r"^(types|actions)\s*:", re.MULTILINE)
 _OTHER: Final = re.compile(r"^formiga_\w+\s*:", re.MULTILINE)
@@ -57,7 +58,8 @@ class Files:
         texts = row.texts if row is not None else {}
         paths = [Path(one) for one, text in texts.items() if _CATALOGUE.search(text) and not _OTHER.search(text)]
         if row is not None and paths:
-            found, problems, _ = load_catalogue(paths, read=Reading(row))
+            libraries = library_folders(row.texts.get(row.file, ""), row.file)
+            found, problems, _ = load_catalogue(paths, read=Reading(row), libraries=libraries)
             if not any(one.severity == "error" for one in problems):
                 return found
         return load_catalogue(files("actions"))[0]
@@ -65,7 +67,7 @@ class Files:
     def _site(self, name: str) -> Site:
         row = self.of_site
         text = row.texts.get(row.file, "") if row is not None else ""
-        site = load_site_text(text, row.file, self.catalogue)[0] if row is not None and text else None
+        site = load_site_text(text, row.file, self.catalogue, on_disk=False)[0] if row is not None and text else None
         return site if site is not None else Site(name, 0.0, 0.0)
 
 

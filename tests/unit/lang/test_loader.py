@@ -244,7 +244,7 @@ class TestTask:
         (tmp_path / "nap.yaml").write_text("formiga: 1\ntask: Nap\nimports: [lib/flying.yaml]\nsteps:\n  - call: Nap\n")
         loaded = load_task(tmp_path / "nap.yaml", catalogue=catalogue)
 
-        assert loaded.diagnostics == []
+        assert [one.code for one in loaded.diagnostics] == ["W180"]
         assert list(loaded.sources) == [str(tmp_path / "nap.yaml"), str(tmp_path / "lib" / "flying.yaml")]
 
     def test_an_unreadable_file_is_a_diagnostic(self, catalogue: Catalogue, tmp_path: Path) -> None:

@@ -23,12 +23,17 @@ def checked(example: PageExample, folder: Path) -> tuple[list[Diagnostic], str]:
         more = folder / "more.yaml"
         more.write_text(example.text.partition("---\n")[0], encoding="utf-8")
         files.append(more)
+    elif example.of == "library":
+        path = folder / example.text.partition("\n")[0].removeprefix("# ")
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(example.text.partition("---\n")[0], encoding="utf-8")
     catalogue, found, _ = load_catalogue(files)
     text = whole(example)
     if example.of == "site":
         return load_site_text(text, str(folder / "site.yaml"), catalogue)[1], text
     site = load_site(ROOT / "trees" / "demo-site.yaml", catalogue)[0]
-    return [*found, *load_task_text(text, "example.yaml", catalogue=catalogue, site=site).diagnostics], text
+    loaded = load_task_text(text, "example.yaml", catalogue=catalogue, site=site, folder_=folder)
+    return [*found, *loaded.diagnostics], text
 
 
 @pytest.mark.parametrize("code", [code for code in pages() if code not in REQUESTS_ONLY])

@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Input, Submit
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.replies import Accepted, Refusal, Reply
 from formiga_bt.services.kept.bundles import BundleStore
-from formiga_bt.services.loading import Loading, served_again
+from formiga_bt.services.loading import Loading, read_stored, served_again
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
 from formiga_bt.show.facts import TaskLoaded
@@ -202,3 +203,15 @@ def test_a_bundle_half_written_is_none_and_is_written_anew(rig: Rig) -> None:
     rig.load(TWO)
     assert rig.load().version == 3
     assert rig.store.served()["Try"].text() == ONE
+
+
+def test_a_library_of_the_site_comes_along_and_not_from_the_engines_disk(tmp_path: Path) -> None:
+    beside = Path(SITE.file).parent
+    store = BundleStore(tmp_path)
+    catalogue = replace(CATALOGUE, libraries=(beside / "own",))
+    calls = CALLS.replace("lib/go.yaml", "go.yaml")
+    stored, _ = store.keep(FILE, {FILE: calls, "own/go.yaml": LIB}, by="", unix_millis=0)
+    alone, _ = store.keep(FILE, {FILE: calls}, by="", unix_millis=0)
+
+    assert read_stored(stored, SITE, catalogue, {}).diagnostics == []
+    assert read_stored(alone, SITE, catalogue, {}).task is None
