@@ -470,6 +470,7 @@ class StepWriter:
             "wait": self.optional(role.wait, "wait"),
             "if_lost": role.if_lost if role.if_lost != "fail" else "",
             "away": "true" if role.away else "",
+            "preempt": "" if role.preempt is None else str(role.preempt).lower(),
         }
 
 

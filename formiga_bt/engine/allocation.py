@@ -153,12 +153,11 @@ class Allocation:
             unsafe[held_up[0]] = "safe_order", held_up[1]
 
     def _decide(self, requests: list[AgentRequest], agents: list[Candidate]) -> tuple[Decision, Preemption]:
-        """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""
+        """Return the policy's decision, and whom the HIGH requests that get nothing, or not all, ask to step aside."""
         decision = self._policy(requests, agents)
-        aside = Preemption(self._core, requests, decision, agents)
-        if any(r.task in aside.plans and not r.reserves for r in requests):
-            # What fits already must not go to others while the rest of the team is freed.
-            kept = [replace(r, reserves=True) if r.task in aside.plans else r for r in requests]
+        aside = Preemption(self._core, requests, decision, agents, self._authority.most_machines)
+        kept = [aside.kept(request) for request in requests] if aside.plans else requests
+        if kept != requests:  # what fits already must not go to others while the rest of the team is freed
             decision = self._policy(kept, agents)
         return decision, aside
 

@@ -283,6 +283,11 @@ ROLE: Final[tuple[Option, ...]] = (
     Option("capabilities", "words", "What else the agent must be able to do."),
     Option("wait", "value", "How long to queue for it (as long as it takes; of with_agents 15 min).", type="duration"),
     Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind"), default="fail"),
+    Option(
+        "preempt",
+        "flag",
+        "Of a high task: take busy agents too, beyond the fewest that will do (true), or none (false).",
+    ),
     Option("away", "flag", "Agents grounded away from a port, or idle in the air, fit too."),
 )
 

@@ -467,6 +467,8 @@ class Writer:
         role: dict[str, Any] = {"type": "cart", "wait": self.dice.choice((*SPANS, "20 s"))}
         if self.chance(20):
             role["if_lost"] = "rebind"
+        if self.chance(20):
+            role["preempt"] = self.pick(True, False)
         if not self.chance(25):
             use = {"do": f"{name}.{self.pick('Move', 'Haul', 'Home')}"}
             steps = self.within(depth - 1, 3, carts=(*self.carts, name), may_want=False)

@@ -1,4 +1,7 @@
-"""Preemption: whom a HIGH request that gets no agents asks to step aside, and who may be asked at all.
+"""Preemption: whom a HIGH request asks to step aside, and who may be asked at all.
+
+It asks for what it needs, where it gets no agents; and beyond that for roles of no fixed number that say `preempt`: then it is
+not served with those that are free, but waits for all that it can have.
 
 A task may be ended to begin anew only while nothing is lost by it: in its steps, not held by a person, with no load on its
 machines, no action sent that may not be repeated, no `critical` step running. `if_lost: rebind` asks the same.
@@ -7,8 +10,9 @@ machines, no action sent that may not be repeated, no `critical` step running. `
 from the state each time, so a machine that is lost on its way home is replaced, and nobody is asked twice for the same slot.
 """
 
-from collections.abc import Callable, Sequence
-from itertools import combinations
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain, combinations
 from typing import Final
 
 from msgspec import Struct
@@ -42,6 +46,8 @@ class PreemptionPlan(Struct, frozen=True):
     """Tasks that step aside for it, the victims among them -> the run that they end."""
     agents: frozenset[str]
     """The machines that it will have."""
+    counts: dict[str, int]
+    """Roles that get more than they need -> how many."""
 
 
 # -- who may be asked --------------------------------------------------------------------------------------------------
@@ -98,25 +104,28 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
 
 # -- whom to ask -------------------------------------------------------------------------------------------------------
 class Preemption:
-    """One look at the HIGH requests that got nothing: who is coming home, who may be preempted, who is asked.
+    """One look at the HIGH requests that got nothing, or not all: who is coming home, who may be preempted, who is asked.
 
     Args:
         core: the engine's core; only read.
         requests: all that wait, in order of service.
         decision: what the policy made of them.
         agents: all agents.
+        room: how many machines a request may have at most; None = as many as there are.
     """
 
     def __init__(
-        self, core: Core, requests: Sequence[AgentRequest], decision: Decision, agents: Sequence[Candidate]
-    ) -> None:
-        self._core = core
+        self, core: Core, requests: Sequence[AgentRequest], decision: Decision, agents: Sequence[Candidate],
+        room: Callable[[AgentRequest], int | None],
+    ) -> None:  # fmt: skip
+        self._core, self._room = core, room
         granted = {grant.task: grant for grant in decision.grants}
         urgent = [request for request in requests if request.priority == "high"]
-        self._waiting = {request.task: request for request in urgent if request.task not in granted}
+        self._waiting = {request.task for request in urgent if request.task not in granted}
         self.plans: dict[str, PreemptionPlan] = {}
-        """A plan for each of them that could be served if others step aside, in order of service."""
-        if not self._waiting:
+        """A plan for each that could have more if others step aside, in order of service."""
+        asking = [r for r in urgent if r.task in self._waiting or any(role.more and role.preempt for role in r.roles)]
+        if not asking:
             return
         machines = [a for a in agents if not a.shared and a.task in core.state.tasks]
         tasks = {a.task: core.state.tasks[a.task] for a in machines}
@@ -129,13 +138,24 @@ class Preemption:
         self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
         self._coming = [a.id for a in machines if a.task in ending]
         self._held = {t.id: [a.id for a in machines if a.task == t.id] for t in willing}
-        groups = [group for r in urgent if r.task in granted for group in granted[r.task].roles.values()]
-        claimed = {agent for group in groups for agent in group}
-        for request in self._waiting.values():
-            plan = self._plan(request, decision.verdicts.get(request.task, ()), claimed)
+        given = {r.task: set().union(*granted[r.task].roles.values()) for r in urgent if r.task in granted}
+        claimed: set[str] = set().union(*given.values())
+        for request in asking:
+            others = claimed - given.get(request.task, set())
+            plan = self._plan(request, decision.verdicts.get(request.task, ()), others)
             if plan is not None:
                 self.plans[request.task] = plan
+                self._waiting.add(request.task)
                 claimed |= plan.agents
+
+    def kept(self, request: AgentRequest) -> AgentRequest:
+        """Return a request as the policy sees it while others step aside for it: what fits already goes to nobody else."""
+        plan = self.plans.get(request.task)
+        if plan is None:
+            return request
+        counts = plan.counts
+        roles = [replace(r, count=counts[r.role], more=0) if r.role in counts else r for r in request.roles]
+        return replace(request, reserves=True, roles=tuple(roles))
 
     def told(self, request: AgentRequest, verdicts: tuple[Verdict, ...]) -> tuple[Verdict, ...]:
         """Return the verdicts of a request, with what preemption makes of the busy ones."""
@@ -155,9 +175,8 @@ class Preemption:
         return tuple(tell(verdict) for verdict in verdicts)
 
     def _plan(self, request: AgentRequest, verdicts: Sequence[Verdict], claimed: set[str]) -> PreemptionPlan | None:
-        """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
+        """Return how the request gets all its agents, or None if it cannot, or need not wait for anybody to step aside."""
         fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
-        slots = [role for role in request.roles if not role.shared for _ in range(role.count)]
         for role in request.roles:
             if role.shared and sum(name == role.role for name, _ in fits) < role.count:
                 return None
@@ -165,49 +184,81 @@ class Preemption:
         ready = [*dict.fromkeys(free), *(a for a in self._coming if a not in claimed)]
         fits |= {
             (role.role, agent_id)
-            for role in dict.fromkeys(slots)
+            for role in request.roles
+            if not role.shared and role.preempt is not False
             for agent_id, home in self._home.items()
             if home is not None and refusal(home, role) is None
         }
-        chosen = self._victims(slots, fits, ready, claimed, parents_of(self._core, request.holder))
-        if chosen is None:
+        held = self._useful(fits, claimed, parents_of(self._core, request.holder))
+        slots = _slots(request, fits, [*ready, *chain(*held.values())], self._room(request))
+        if slots is None:
             return None
-        victims, team = chosen
+        victims, team = _victims(slots, fits, ready, held)
         tasks = self._core.state.tasks
         owners = [tasks[self._core.state.agents[agent_id].task] for agent_id in team if agent_id in self._home]
         awaited = {t.id: t.run for t in owners if _steps_aside(t) or t.id in victims}
-        return PreemptionPlan(request.task, victims, awaited, frozenset(team)) if awaited else None
+        places = Counter(role.role for role in slots)
+        counts = {role.role: places[role.role] for role in request.roles if places[role.role] > role.count}
+        return PreemptionPlan(request.task, victims, awaited, frozenset(team), counts) if awaited else None
 
-    def _victims(
-        self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str], spared: frozenset[str]
-    ) -> tuple[tuple[str, ...], list[str]] | None:
-        """Return the fewest, lowest, youngest tasks that must step aside, and the agents that fill the slots then."""
-        held = {
-            task: useful
-            for task, agents in self._held.items()
-            if task not in spared
-            and (useful := [a for a in agents if a not in claimed and any((s.role, a) in fits for s in slots)])
-        }
+    def _useful(self, fits: set[tuple[str, str]], claimed: set[str], spared: frozenset[str]) -> dict[str, list[str]]:
+        """Return the tasks that may be asked, with the agents of each that would help."""
+        fit = {agent for _, agent in fits} - claimed
+        found = {task: [a for a in agents if a in fit] for task, agents in self._held.items() if task not in spared}
+        return {task: agents for task, agents in found.items() if agents}
 
-        def team(tasks: Sequence[str]) -> list[str] | None:
-            return match(slots, fits, [*ready, *(a for task in tasks for a in held[task])])
 
-        found = team(())
-        if found is not None:
-            return (), found
-        everybody = tuple(held)
-        if team(everybody) is None:
-            return None
-        tried = 0
-        for number in range(1, len(slots) + 1):
-            for some in combinations(everybody, number):
-                found = team(some)
-                if found is not None:
-                    return some, found
-                tried += 1
-                if tried >= MOST_SETS:
-                    return _pruned(everybody, team)
-        raise AssertionError("as many tasks as slots suffice if all do")
+def _slots(request: AgentRequest, fits: set[tuple[str, str]], agents: Sequence[str], room: int | None) -> Slots | None:
+    """Return each role of machines as often as these agents can fill it: as it needs, and beyond that where it preempts.
+
+    Args:
+        request: whose roles they are.
+        fits: (role, agent) of every agent that fits a role.
+        agents: who may fill them.
+        room: how many machines there may be at most; None = as many as there are.
+
+    Returns:
+        None if they cannot even fill what it needs.
+    """
+    roles = [role for role in request.roles if not role.shared]
+    needs = [role for role in roles for _ in range(role.count)]
+    able = Counter(role for role, _ in fits)
+    beyond = [role for role in roles if role.preempt for _ in range(min(role.more, able[role.role]))]
+    found = _fill(needs, beyond, fits, agents)
+    if found is None:
+        return None
+    more = [beyond[slot - len(needs)] for slot in sorted(found) if slot >= len(needs)]
+    return [*needs, *(more if room is None else more[: max(0, room - len(needs))])]
+
+
+def _victims(
+    slots: Slots, fits: set[tuple[str, str]], ready: Sequence[str], held: Mapping[str, Sequence[str]]
+) -> tuple[tuple[str, ...], list[str]]:
+    """Return the fewest, lowest, youngest tasks that must step aside, and the agents that fill the slots then.
+
+    All of them together can fill the slots.
+    """
+
+    def team(tasks: Sequence[str]) -> list[str] | None:
+        return match(slots, fits, [*ready, *(a for task in tasks for a in held[task])])
+
+    everybody, found = tuple(held), team(())
+    if found is not None:
+        return (), found
+    helped, fewest = len(ready), 0
+    for size in sorted(map(len, held.values()), reverse=True):  # fewer tasks than that have not machines enough
+        if helped < len(slots):
+            helped, fewest = helped + size, fewest + 1
+    tried = 0
+    for number in range(max(1, fewest), len(slots) + 1):
+        for some in combinations(everybody, number):
+            found = team(some)
+            if found is not None:
+                return some, found
+            tried += 1
+            if tried >= MOST_SETS:
+                return _pruned(everybody, team)
+    raise AssertionError("as many tasks as slots suffice if all do")
 
 
 def parents_of(core: Core, task_id: str) -> frozenset[str]:
@@ -242,6 +293,13 @@ def match(slots: Slots, fits: set[tuple[str, str]], agents: Sequence[str]) -> li
 
     `fits` holds (role, agent) of every agent that fits a role.
     """
+    found = _fill(slots, (), fits, agents)
+    return None if found is None else [found[slot] for slot in range(len(slots))]
+
+
+def _fill(needs: Slots, beyond: Slots, fits: set[tuple[str, str]], agents: Sequence[str]) -> dict[int, str] | None:
+    """Return a different agent for each slot that is needed, and for as many as can be of those `beyond`, by its number."""
+    slots = [*needs, *beyond]
     of_slot: dict[int, str] = {}
     of_agent: dict[str, int] = {}
 
@@ -250,14 +308,21 @@ def match(slots: Slots, fits: set[tuple[str, str]], agents: Sequence[str]) -> li
             if agent in seen or (slots[slot].role, agent) not in fits:
                 continue
             seen.add(agent)
-            if agent not in of_agent or fill(of_agent[agent], seen):
+            holder = of_agent.get(agent)
+            if holder is not None and slots[holder].role == slots[slot].role:
+                continue  # it could only look on among the same agents as we do
+            if holder is None or fill(holder, seen):
                 of_slot[slot], of_agent[agent] = agent, slot
                 return True
         return False
 
-    if all(fill(slot, set()) for slot in range(len(slots))):
-        return [of_slot[slot] for slot in range(len(slots))]
-    return None
+    if not all(fill(slot, set()) for slot in range(len(needs))):
+        return None
+    full: set[str] = set()
+    for slot in range(len(needs), len(slots)):
+        if slots[slot].role not in full and not fill(slot, set()):
+            full.add(slots[slot].role)
+    return of_slot
 
 
 def _at_home(core: Core, agent: Candidate, *, leaving: bool) -> Candidate | None:

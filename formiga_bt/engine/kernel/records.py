@@ -913,6 +913,8 @@ class RoleRequest(Struct, frozen=True, kw_only=True):
     wait_until: Micros | None = None
     but_not: tuple[str, ...] = ()
     """Agents that failed in an earlier attempt."""
+    preempt: bool | None = None
+    """Of a HIGH task: true = others step aside also for what it takes beyond `count`; false = for nothing."""
     rebind: bool = False
     """Whether the task begins anew if the agent is lost (of a block; the model tells it of a task's own roles)."""
 

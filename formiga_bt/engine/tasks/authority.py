@@ -260,6 +260,12 @@ class Authority:
                 best = tuple(victims)
         return best
 
+    def most_machines(self, request: AgentRequest) -> int | None:
+        """Return how many machines a request may have at most, for want of pilots on duty; None = as many as there are."""
+        return (
+            max((self._core.site.pilots[p] for p in self._core.state.duty), default=0) if self._binds(request) else None
+        )
+
     def _may_have_room(self, request: AgentRequest) -> bool:
         return any(self._core.site.pilots[p] >= machines_of(request) for p in self._core.state.duty)
 

@@ -115,6 +115,7 @@ class Requests:
             prefer=_agent_id(role.prefer, env),
             battery_min=float(role.battery_min.run(env)) if role.battery_min else 0.0,
             away=role.away,
+            preempt=role.preempt,
             actions=tuple(dict.fromkeys((*role.actions, *role.capabilities))),
             wait_until=None if wait is None else core.now + wait,
         )

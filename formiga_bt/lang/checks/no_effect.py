@@ -1,18 +1,19 @@
-"""W100: what bounds or repeats nothing: a time-out after another one, one attempt, a code never tried again.
+"""W100: what bounds, repeats or preempts nothing: a time-out after another one, one attempt, a code never tried again.
 
 Only what is written as a constant, in one body: a subtree may be called from a place with more time, and what tidies up has
 time of its own. `wait: 0 s` of a role is something else (it does not queue), and so is one attempt with a time-out of its own.
 """
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import Final
 
 from msgspec import Struct
 
 from formiga_bt.base.units import format_quantity
-from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait
+from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait, WithAgents
 from formiga_bt.lang.text.reading import Problems
-from formiga_bt.lang.walk import children
+from formiga_bt.lang.walk import all_steps, children
 
 _NEVER: Final = ("in_doubt", "cancel_unconfirmed", "taken_over", "no_agent", "no_resource", "cannot_compute", "runaway")
 _BY_ANOTHER: Final = ("agent_lost",)
@@ -28,6 +29,7 @@ class _Bound(Struct, frozen=True):
 
 def check_no_effect(task: Task, problems: Problems) -> None:
     """Report W100 in all bodies of a task."""
+    _check_preempt(task, problems)
     with problems.within("steps"):
         seconds = _seconds(task.timeout)
         _walk(task.steps, _Bound(seconds, "the task") if seconds is not None else None, problems)
@@ -51,6 +53,17 @@ def _walk(steps: Iterable[Step], bound: _Bound | None, problems: Problems) -> No
             last = step.finally_ if isinstance(step, Sequence) else ()
             _walk(children(step)[: -len(last) or None], inner, problems)
             _walk(last, None, problems)
+
+
+def _check_preempt(task: Task, problems: Problems) -> None:
+    """Report roles that take machines from others, in a task that others do not step aside for."""
+    if task.priority == "high":
+        return
+    blocks = [step for step in all_steps(task) if isinstance(step, WithAgents)]
+    for role in chain(task.roles.values(), *(block.roles.values() for block in blocks)):
+        if role.preempt:
+            what = f"'{role.name}' takes nothing from others: they step aside for tasks of priority high only"
+            problems.add("W100", role.mark, what, "write priority: high at the head of the task, or take preempt away")
 
 
 def _check_retry(retry: Retry, bound: _Bound | None, problems: Problems) -> None:

@@ -71,6 +71,8 @@ class Role(Struct, frozen=True, eq=False):
     """How long to queue, seconds; None = as long as it takes, of a block 15 min."""
     if_lost: Literal["fail", "rebind"] = "fail"
     away: bool = False
+    preempt: bool | None = None
+    """In a task of priority high: true = also for what it takes beyond its least number; false = for nothing."""
     actions: tuple[str, ...] = ()
     """Actions that the task orders of this role (subtrees included)."""
     room: Room | None = None

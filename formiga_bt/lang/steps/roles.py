@@ -241,6 +241,7 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         wait=_admitted(body, keys, "wait", DURATION),
         if_lost="rebind" if keys.word("if_lost") == "rebind" else "fail",
         away=keys.flag("away"),
+        preempt=keys.flag("preempt") if "preempt" in keys else None,
         room=_room_in(mapping),
     )
 

@@ -119,7 +119,9 @@ def _field(key: str, before: FieldValue | None, after: FieldValue | None, node: 
         yield f"{where} needs less charge: {arrow}"
     elif key in ("ignore_failure", "critical") and (key == "critical") == (after is None):
         yield f"{key} of {where} {'removed' if after is None else 'added'}"
-    elif key in ("priority", "preemptible", "if_lost") or (key.startswith("envelope ") and before is not None):
+    elif key in ("priority", "preemptible", "preempt", "if_lost") or (
+        key.startswith("envelope ") and before is not None
+    ):
         yield f"{key} of {where}: {arrow}"
     elif _is_height(key, node, before, after) and (old is None or new is None or new > old):
         how = "flies higher" if old is not None and new is not None else "may fly at another height"

@@ -148,6 +148,7 @@ class _Scope:
         fields |= self.exprs(bounds | {"wait": role.wait})
         words = {"count": _how_many(role), "capabilities": ", ".join(sorted(role.capabilities))}
         words |= {"if_lost": role.if_lost if role.if_lost != "fail" else "", "away": "true" if role.away else ""}
+        words["preempt"] = "" if role.preempt is None else str(role.preempt).lower()
         fields |= {key: values.text(said) for key, said in words.items() if said}
         return OutlineNode("role", role.name, role.mark, self.name, f"{prefix}{role.name}", fields, thing=role)
 

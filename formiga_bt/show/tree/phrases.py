@@ -59,6 +59,8 @@ def role_label(role: Role) -> tuple[StyledSpan, ...]:
         facts.append(f"if lost: {role.if_lost}")
     if role.away:
         facts.append("may be away")
+    if role.preempt is not None:
+        facts.append("takes busy ones" if role.preempt else "takes no busy ones")
     return (StyledSpan(role.name, "agent"), StyledSpan(f": {_types(role)}"), *_bracket(facts))
 
 

@@ -36,6 +36,7 @@ agents: {drone: {type: lwd, near: '${target}'}}
 steps: [{wait: 1 h}]
 """
 PAIR = "agents: {one: {type: lwd}, two: {type: lwd}}\nsteps: [{wait: 1 h}]\n"
+DRILL = "priority: high\nagents: {drones: {type: lwd, count: all, preempt: true}}\nsteps: [{wait: 1 h}]\n"
 FAR = """\
 params: {target: {type: place, default: camp}}
 agents: {drone: {type: lwd}}
@@ -57,7 +58,7 @@ class Field(Bench):
 
     def __init__(self, site: Site | None = None, checks: tuple[PreflightCheck, ...] = GOOD) -> None:
         world, catalogue = packaged_world()
-        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR, "Near": NEAR, "Pair": PAIR}
+        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR, "Near": NEAR, "Pair": PAIR, "Drill": DRILL}
         self.models = {name: task_of(text, world, catalogue, name=name) for name, text in texts.items()}
         super().__init__(site or real(), catalogue, self.models.values())
         self.drones = [self.agent(name, "lwd") for name in ("lwd_1", "lwd_2")]
@@ -323,6 +324,19 @@ def test_a_high_task_that_no_pilot_on_duty_may_ever_take_preempts_nobody() -> No
 
     assert (field.task(low).run, field.task(low).status) == (1, "ACTIVE")
     assert field.blocked(pair)[0] == "no_pilot"
+
+
+@pytest.mark.parametrize(("room", "taken"), [(2, 2), (1, 1)])
+def test_a_seizure_takes_no_more_than_a_pilot_may_have(room: int, taken: int) -> None:
+    field = Field(real(pilots={"pia": room, "pete": 1}))
+    field.ready("pia" if room > 1 else "pete")
+    field.approve("Drill")
+    low = field.begin(priority="low")
+
+    drill = field.begin("Drill")
+    field.run_for(5)
+
+    assert (len(field.task(drill).agents.granted), field.task(low).run) == (taken, 2)
 
 
 def test_only_pilots_of_the_site_go_on_duty(wording: Wording) -> None:

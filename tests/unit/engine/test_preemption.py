@@ -316,6 +316,103 @@ class TestWhomItAsks:
         assert yard.task(urgent).status == "ACTIVE"
 
 
+DRILL = (
+    "priority: high\nsteps:\n  - with_agents:\n      all: {type: cart, count: COUNT, preempt: true}\n    steps:\n"
+    "      - for: {one: '${all}'}\n        mode: parallel\n        steps: [{do: one.Park}]\n"
+)
+"""A fire drill: as many carts as can be had."""
+
+
+class TestASeizure:
+    def drill(self, make: Make, count: str = "all", *, others: int = 2, low: str = FLIGHT, carts: int = 3) -> Yard:
+        """Start tasks with a cart each, let them rise, and have a drill that is not begun yet."""
+        yard = make(task(CART + low), task(DRILL.replace("COUNT", count), name="Drill"), SHORT, carts=carts)
+        self.busy = [yard.start() for _ in range(others)]
+        for cart in yard.carts[:others]:
+            cart.succeed()
+        yard.run_for(0.2)
+        return yard
+
+    def all_of(self, yard: Yard, urgent: str) -> tuple[str, ...]:
+        return tuple(sorted(set(yard.task(urgent).agents.granted)))
+
+    def test_it_waits_for_all_that_others_can_give_and_keeps_what_is_free(self, make: Make) -> None:
+        yard = self.drill(make)
+
+        urgent = yard.start("Drill")
+        short = yard.start("Short")
+
+        assert self.all_of(yard, urgent) == ()
+        assert [yard.task(t).restart.why for t in self.busy] == ["preempted"] * 2
+        (asked,) = [r.task for r in yard.engine.state.requests.values() if r.holder == urgent]
+        assert verdicts(yard, asked)["c1"] == ("preempting", self.busy[0])
+        step(yard, "Home", 0)
+        assert (self.all_of(yard, urgent), yard.task(short).status) == ((), "PENDING")
+        step(yard, "Home", 1)
+        assert self.all_of(yard, urgent) == ("c1", "c2", "c3")
+        for n in range(3):
+            step(yard, "Park", n)
+        assert yard.outcome(urgent) == ("SUCCEEDED", "")
+        assert [yard.task(t).run for t in self.busy] == [2, 2]
+
+    def test_who_may_not_be_asked_is_not_waited_for(self, make: Make) -> None:
+        yard = self.drill(make, low="preemptible: false\n" + FLIGHT)
+
+        urgent = yard.start("Drill")
+
+        assert self.all_of(yard, urgent) == ("c3",)
+        assert [yard.task(t).run for t in self.busy] == [1, 1]
+
+    def test_no_more_than_the_greatest_number(self, make: Make) -> None:
+        yard = self.drill(make, count="{min: 1, max: 2}")
+
+        urgent = yard.start("Drill")
+
+        assert [yard.task(t).restart.why for t in self.busy] == ["", "preempted"]
+        step(yard, "Home", 1)
+        assert self.all_of(yard, urgent) == ("c2", "c3")
+
+    def test_one_that_is_lost_on_its_way_home_is_not_waited_for(self, make: Make) -> None:
+        yard = self.drill(make)
+        urgent = yard.start("Drill")
+        yard.carts[0].kill()
+        step(yard, "Home", 1)
+
+        yard.run_for(40)
+
+        assert self.all_of(yard, urgent) == ("c2", "c3")
+
+    def test_one_without_preempt_takes_only_those_that_are_free(self, make: Make) -> None:
+        yard = make(
+            task(CART + FLIGHT), task(DRILL.replace("COUNT, preempt: true", "all"), name="Drill"), SHORT, carts=2
+        )
+        mine = yard.start()
+
+        urgent = yard.start("Drill")
+
+        assert (self.all_of(yard, urgent), yard.task(mine).run) == (("c2",), 1)
+
+    def test_a_high_task_that_says_no_takes_nothing_from_anybody(self, make: Make) -> None:
+        kind = "priority: high\nagents: {cart: {type: cart, preempt: false}}\nsteps: [{do: cart.Move}]"
+        yard = make(task(CART + FLIGHT), task(kind, name="Kind"))
+        mine = yard.start()
+
+        urgent = yard.start("Kind")
+
+        assert (yard.task(mine).restart.why, yard.task(urgent).status) == ("", "PENDING")
+        assert verdicts(yard, urgent)["c1"] == ("busy", mine)
+        yard.abort(mine)
+
+    def test_its_plan_survives_the_journal(self, make: Make) -> None:
+        yard = self.drill(make)
+        urgent = yard.start("Drill")
+
+        (request,) = [r for r in yard.engine.state.requests.values() if r.holder == urgent]
+
+        assert request.preempting == dict.fromkeys(self.busy, 1)
+        assert reloaded(yard.engine.state).requests == yard.engine.state.requests
+
+
 class TestTheWaitingRequest:
     def test_its_wait_stands_still_and_runs_on_when_it_was_in_vain(self, make: Make) -> None:
         agents = "agents: {cart: {type: cart, battery_min: 50 %, wait: 60 s}}\n"
