@@ -22,6 +22,10 @@ BEAT_STEP: Final = 1000
 """A single heartbeat that is further above the newest is not believed before the next one confirms it."""
 MOST_DEPTH: Final = 32
 """Lists and mappings of a result or an event lie within each other at most so deep."""
+MOST_FILE_BYTES: Final = 1_000_000
+"""Of a file of values that a caller names."""
+MOST_CELLS: Final = 20_000
+"""Values in such a file."""
 ID_LIMIT: Final = 4096
 """The most bytes of a goal's id; the longest that a tree makes is far below."""
 

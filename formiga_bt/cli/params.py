@@ -4,21 +4,30 @@
 the language reads, any other file its text.
 """
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from formiga_bt.base.bounds import MOST_FILE_BYTES
 from formiga_bt.base.errors import TreeError
 from formiga_bt.cli.inputs import UnusableFile
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
     from formiga_bt.lang.request.profiles import Profile
+    from formiga_bt.lang.request.value_files import ValueFile
     from formiga_bt.show.facts import LibraryTask
 
+ParamsFromOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--params-from",
+        help="A file of parameters: rows of a .csv, features of a .geojson, .yaml; may be repeated. NAME=FILE says for which.",
+        metavar="FILE",
+    ),
+]
 ProfileOption = Annotated[
     str,
     typer.Option(
@@ -26,9 +35,6 @@ ProfileOption = Annotated[
         metavar="NAME",
     ),
 ]
-
-LIMIT = 1_000_000
-"""Bytes of a file."""
 
 
 def read_params(words: Sequence[str]) -> dict[str, str]:
@@ -103,55 +109,53 @@ def of_file(path: Path) -> str:
         UnusableFile: it cannot be read, or is GeoJSON of a shape that no parameter has.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        if path.stat().st_size > MOST_FILE_BYTES:
+            raise UnusableFile(f"{path} is larger than {MOST_FILE_BYTES:,} bytes")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise UnusableFile(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
-    if len(text) > LIMIT:
-        raise UnusableFile(f"{path} is larger than {LIMIT:,} bytes")
     if path.suffix.lower() not in (".json", ".geojson"):
         return text.strip()
-    try:
-        data = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise UnusableFile(f"{path} is no JSON: {error}") from error
-    return json.dumps(_value(data, path))
+    return _of_json(text, str(path))
 
 
-def _value(data: Any, path: Path) -> Any:
-    if not isinstance(data, Mapping) or "type" not in data:
-        return data
-    kind = data["type"]
-    try:
-        if kind == "FeatureCollection":
-            features = data["features"]
-            if len(features) != 1:
-                raise UnusableFile(f"{path} holds {len(features)} features; a parameter is one: save it alone")
-            return _value(features[0], path)
-        if kind == "Feature":
-            return _value(data["geometry"], path)
-        if kind == "Point":
-            return _degrees(data["coordinates"])
-        if kind in ("LineString", "MultiPoint"):
-            return [_degrees(point) for point in data["coordinates"]]
-        if kind == "Polygon":
-            return _ring(data["coordinates"], path)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        why = f"it has no {error}" if isinstance(error, KeyError) else f"{error}"
-        if isinstance(error, IndexError | TypeError):
-            why = "a point of it is no pair of numbers"
-        raise UnusableFile(f"{path} is no usable GeoJSON: {why}") from error
-    raise UnusableFile(f"{path} holds a {kind}; use a Point, a LineString or a Polygon without holes")
+def _of_json(text: str, file: str) -> str:
+    from formiga_bt.base.diagnostics import render
+    from formiga_bt.lang.params import written
+    from formiga_bt.lang.request import geojson
+    from formiga_bt.lang.text.document import Mapping_, parse
+    from formiga_bt.lang.text.reading import Problems
+
+    problems = Problems()
+    node, found = parse(text.replace("\t", " "), file)
+    problems.extend(found)
+    if not isinstance(node, Mapping_) or not geojson.is_geojson(node):
+        value, said = None, text.strip()
+    else:
+        features = geojson.features(node, problems)
+        if len(features) != 1 and not found:
+            what = f"this file holds {len(features)} features; a parameter is one"
+            problems.add("E008", node.mark, what, "--params-from takes a list of them")
+        value = geojson.shape(features[0], problems) if len(features) == 1 else None
+        said = written(value) if value is not None else ""
+    if problems.found:
+        raise UnusableFile("\n\n".join(render(one, {file: text}) for one in problems.found))
+    return said
 
 
-def _ring(rings: Any, path: Path) -> list[dict[str, float]]:
-    if len(rings) != 1:
-        raise UnusableFile(f"{path} holds a Polygon of {len(rings)} rings; a region has one, its border, and no holes")
-    corners = [_degrees(point) for point in rings[0]]
-    return corners[:-1] if len(corners) > 1 and corners[0] == corners[-1] else corners
+def value_files(words: Sequence[str]) -> "tuple[ValueFile, ...]":
+    """Return the files of `--params-from`: `FILE`, or `NAME=FILE` of a parameter that is not called as the file is.
 
+    Raises:
+        UnusableFile: one cannot be read.
+    """
+    from formiga_bt.lang.request.value_files import read_value_file
 
-def _degrees(point: Any) -> dict[str, float]:
-    lng, lat = float(point[0]), float(point[1])  # GeoJSON says longitude first
-    if not (-90.0 <= lat <= 90.0 and -180.0 <= lng <= 180.0):
-        raise ValueError(f"({lng:g}, {lat:g}) are no degrees of longitude and latitude")
-    return {"lat": lat, "lng": lng}
+    found = []
+    for word in words:
+        name, equals, file = word.rpartition("=")
+        read = read_value_file(Path(file), name.strip()) if not equals or name.strip() else f"'{word}' is not NAME=FILE"
+        if isinstance(read, str):
+            raise UnusableFile(f"--params-from: {read}")
+        found.append(read)
+    return tuple(found)

@@ -117,6 +117,7 @@ class Client(Calls):
         wait_s: float | None = None,
         expires_s: float | None = None,
         key: str = "",
+        params_from: Sequence[Mapping[str, str]] = (),
     ) -> str:
         """Request a task; return its id.
 
@@ -129,13 +130,16 @@ class Client(Calls):
             wait_s: how long at most it waits for its first agents; None: as its roles say.
             expires_s: the longest time PENDING; None: as the task says.
             key: the same once more starts nothing, and returns the same id.
+            params_from: files with further parameters: `file`, its name, `text`, and `param` if it is for one of another name.
         """
         from formiga_bt.show.facts import TaskRequested
 
-        body = {
+        body: dict[str, Any] = {
             "task": task, "params": dict(params or {}), "priority": priority, "by": by, "bundle": bundle,
             "wait_s": wait_s, "expires_s": expires_s,
         }  # fmt: skip
+        if params_from:
+            body["params_from"] = [dict(one) for one in params_from]
         return self.post(TaskRequested, "/v1/tasks", body, key=key).id
 
     def tasks(self, status: str = "", limit: int = 100) -> "f.TaskList":

@@ -28,6 +28,7 @@ from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.model.rules import RULE_PREFIX
 from formiga_bt.lang.request.aliases import find_task
 from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.order_taker import OrderTaker, ask
@@ -137,18 +138,20 @@ class ServiceOrders:
         key: str = "",
         bundle: str = "",
         waits: Waits = UNSAID,
+        files: tuple[ValueFile, ...] = (),
     ) -> str:
         """Request a task; return its id. The same `key` again returns the same id, and starts nothing.
 
-        `bundle`: of the version that is meant; empty: the newest. `waits`: how long it may be PENDING.
+        `bundle`: of the version that is meant; empty: the newest. `waits`: how long it may be PENDING. `files`: in which
+        further parameters stand.
 
         Raises:
             Refused: unknown task, its file is not served, bad parameters, busy, draining, or the key came with another
                 request.
         """
         if not key:
-            return self._submit(name, params, priority, by, bundle, waits)
-        asked = json.dumps([name, params, priority, by, bundle, *waits], sort_keys=True, default=str)
+            return self._submit(name, params, priority, by, bundle, waits, files)
+        asked = json.dumps([name, params, priority, by, bundle, *waits, *files], sort_keys=True, default=str)
         digest = hashlib.sha256(asked.encode()).hexdigest()
         with self._keys_lock:
             entry = self._keys.setdefault(key, _Keyed(digest))
@@ -162,7 +165,7 @@ class ServiceOrders:
             )
         with entry.lock:
             if not entry.task_id:
-                entry.task_id = self._submit(name, params, priority, by, bundle, waits)
+                entry.task_id = self._submit(name, params, priority, by, bundle, waits, files)
             return entry.task_id
 
     def _submit(
@@ -173,6 +176,7 @@ class ServiceOrders:
         by: str,
         bundle: str,
         waits: Waits,
+        files: tuple[ValueFile, ...],
     ) -> str:
         if self.closed_for:
             raise Refused(
@@ -187,7 +191,7 @@ class ServiceOrders:
                 text = f"{name} is not served as {bundle[:8]}"
                 raise Refused("not_served", text, "formiga tasks --library --json lists what is")
         raw = {key: text_of(value) for key, value in params.items() if value is not None}
-        values, problems, sources = bind_params(task, raw, self._site, self._driver.now())
+        values, problems, sources = bind_params(task, raw, self._site, self._driver.now(), files)
         if problems:
             first = problems[0]
             raise Refused(

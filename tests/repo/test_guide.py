@@ -28,6 +28,10 @@ def guide(page: str) -> str:
 def sessions(page: str) -> Iterator[tuple[str, str, list[str]]]:
     """Iterate over the YAML of a page, each with the file that it is saved as and the commands shown after it."""
     blocks = FENCE.findall(guide(page))
+    for n, (language, text) in enumerate(blocks):
+        if language == "csv":
+            commands = next(told for plain, told in blocks[n:] if not plain)
+            yield text, next(word for word in commands.split() if word.endswith(".csv")), []
     for (language, text), (after, commands) in zip(blocks, [*blocks[1:], ("", "")], strict=True):
         if language == "yaml":
             told = commands.splitlines() if not after else []

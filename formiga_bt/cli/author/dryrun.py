@@ -16,7 +16,7 @@ from formiga_bt.base.packaged import folder
 from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.author.flown import check_pictures, draw_steps
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_task, read_world, shipped_task
-from formiga_bt.cli.params import ProfileOption, of_profile, read_params
+from formiga_bt.cli.params import ParamsFromOption, ProfileOption, of_profile, read_params, value_files
 from formiga_bt.rehearsal.spending import MOST_S, MOST_WAKES, RunSpending
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from formiga_bt.base.clock import Micros
     from formiga_bt.engine.kernel.records import Verdict
     from formiga_bt.lang.model import Catalogue, Site, Task
+    from formiga_bt.lang.request.value_files import ValueFile
     from formiga_bt.rehearsal.rehearsal import Rehearsal
     from formiga_bt.show.facts import Because
     from formiga_bt.show.history.runlog import RunLog
@@ -45,6 +46,7 @@ def command(
     param: Annotated[
         list[str] | None, typer.Option("--param", "-p", help="A parameter; may be repeated.", metavar="NAME=VALUE")
     ] = None,
+    params_from: ParamsFromOption = None,
     site: Annotated[
         Path | None,
         typer.Option(
@@ -106,10 +108,14 @@ def command(
     here = Path("site.yaml")
     world = read_world(actions or (), site or (here if here.is_file() else folder("trees") / "demo-site.yaml"))
     task, the_site = _checked(shipped_task(file), world)
-    given = read_params(param or [])
-    filled = of_profile(profile, task, given)
+    from formiga_bt.lang.request.value_files import given_in
+
+    given, files = read_params(param or []), value_files(params_from or [])
+    filled = of_profile(profile, task, [*given, *given_in(files)])
     now = _instant(at, the_site)
-    values = _bound(task, given | filled, the_site, now, f"; {profile} said {', '.join(filled)}" if filled else "")
+    values = _bound(
+        task, given | filled, files, the_site, now, f"; {profile} said {', '.join(filled)}" if filled else ""
+    )
     from formiga_bt.lang.request.requested import with_requested
     from formiga_bt.lang.scenario.entries import START
     from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, patience, simulated
@@ -278,11 +284,13 @@ def _instant(text: str, site: "Site") -> "Micros":
     return at
 
 
-def _bound(task: "Task", raw: dict[str, str], site: "Site", now: "Micros", note: str = "") -> dict[str, Any]:
+def _bound(
+    task: "Task", raw: dict[str, str], files: "Sequence[ValueFile]", site: "Site", now: "Micros", note: str = ""
+) -> dict[str, Any]:
     from formiga_bt.base.diagnostics import render
     from formiga_bt.lang.request.binding import bind_params
 
-    values, problems, sources = bind_params(task, raw, site, now)
+    values, problems, sources = bind_params(task, raw, site, now, files)
     if problems:
         texts = [render(problem, sources) for problem in problems]
         raise FormigaError("\n\n".join([*texts, f"{task.name} was not started{note}"]))

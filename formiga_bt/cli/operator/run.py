@@ -13,7 +13,7 @@ from formiga_bt.cli.loading import is_file_word, load_file
 from formiga_bt.cli.operator.inbox import answer_command
 from formiga_bt.cli.operator.why import OVER
 from formiga_bt.cli.options import JsonOption, SiteOption, interrupts
-from formiga_bt.cli.params import ProfileOption, of_profile_by_name, read_params
+from formiga_bt.cli.params import ParamsFromOption, ProfileOption, of_profile_by_name, read_params, value_files
 from formiga_bt.cli.printing import print_json, show_next, user
 from formiga_bt.client import ApiError, Client, connect
 from formiga_bt.show.facts import EventFact, TaskDetail, TaskLoaded
@@ -32,6 +32,7 @@ def command(
             help="A parameter; may be repeated. camp, 66.501,25.703, 60 m, @area.geojson",
         ),
     ] = None,
+    params_from: ParamsFromOption = None,
     priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
     wait: Annotated[
         str,
@@ -51,7 +52,7 @@ def command(
     With --follow: prints what happens, and why when it waits longer than 5 s. Exit code 0 if it succeeded, 1 if not. Ctrl-C
     aborts the task and waits until its machines are home; a second one stops watching.
     """
-    params = read_params(param or [])
+    params, files = read_params(param or []), value_files(params_from or [])
     client = connect(site)
     loaded: TaskLoaded | None = None
     file = task if is_file_word(task) else ""
@@ -59,13 +60,16 @@ def command(
         loaded = load_file(client, Path(file), by=by or user(), site=site, quiet=as_json)
         task = loaded.task
     if profile:
-        params |= of_profile_by_name(profile, task, params, client.library().tasks)
+        from formiga_bt.lang.request.value_files import given_in
+
+        params |= of_profile_by_name(profile, task, [*params, *given_in(files)], client.library().tasks)
     bundle = loaded.bundle if loaded is not None else ""
     wait_s, expires_s = _duration(wait, "--wait"), _duration(expires, "--expires")
     try:
         task_id = client.request(
             task, params, priority=_priority(priority), by=by or user(), bundle=bundle,
             wait_s=wait_s, expires_s=expires_s, key=uuid.uuid4().hex,
+            params_from=[{"file": one.file, "text": one.text, "param": one.param} for one in files],
         )  # fmt: skip
     except ApiError as error:
         if error.code == "not_approved" and file:

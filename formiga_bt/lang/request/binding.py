@@ -5,7 +5,7 @@ The texts are read as the language reads literals: `60 m`, `camp` (a place of th
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, Final
 
@@ -16,9 +16,11 @@ from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
 from formiga_bt.lang.request.aliases import by_alias, degrees_of
+from formiga_bt.lang.request.value_files import ValueFile, entries_of
 from formiga_bt.lang.site.fence import leaves
 from formiga_bt.lang.site.ground import ground_up_m
-from formiga_bt.lang.text.document import parse
+from formiga_bt.lang.text.document import Listing, Node, Scalar, parse
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import DURATION, PERCENT, AgentRef, Type, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
@@ -90,7 +92,7 @@ def run_outside(
 
 
 def bind_params(
-    task: Task, raw: Mapping[str, str], site: Site, now: Micros | None = None
+    task: Task, raw: Mapping[str, str], site: Site, now: Micros | None = None, files: Iterable[ValueFile] = ()
 ) -> tuple[dict[str, Any], list[Diagnostic], dict[str, str]]:
     """Return the values by parameter name, the problems, and the texts as sources for `diagnostics.render`.
 
@@ -99,47 +101,83 @@ def bind_params(
         raw: texts by parameter name or alias; a place may also be given as `lat` and `lng` (see `aliases`).
         site: names places, and turns degrees into metres.
         now: engine time, for times of today; without it a time needs its date.
+        files: in which further values stand.
     """
-    by_name = by_alias(task.params)
-    values: dict[str, Any] = {}
-    given: dict[str, str] = {}
-    problems: list[Diagnostic] = []
-    sources: dict[str, str] = {}
+    binding = _Binding(task, site, now)
+    by_name = binding.by_name
     apart = list(degrees_of(task.params, raw))
     whole = {name: text for name, text in raw.items() if not any(name in one.names for one in apart)}
     for one in apart:
         lat, lng = one.names
         if not lng:
-            sources[f"parameter {lat}"] = raw[lat]
-            problems.append(half_a_place(lat, one.param))
-            given.setdefault(one.param.name, lat)
+            binding.sources[f"parameter {lat}"] = raw[lat]
+            binding.problems.append(half_a_place(lat, one.param))
+            binding.given.setdefault(one.param.name, lat)
         else:
             by_name[f"{lat} and {lng}"] = one.param
             whole[f"{lat} and {lng}"] = f"{{lat: {raw[lat].strip()}, lng: {raw[lng].strip()}}}"
     for name, text in whole.items():
-        param = by_name.get(name)
         file = f"parameter {name}"
-        sources[file] = text
+        binding.sources[file] = text
+        binding.take(name, Mark(file, 1, 1), text)
+    read, files = Problems(), tuple(files)
+    binding.sources |= {one.file: one.text for one in files}
+    for entry in entries_of(files, by_name, read):
+        binding.take(entry.key.text, entry.key.mark, entry.value)
+    binding.problems += read.found
+    if not read.has_errors():  # else nobody knows what is missing
+        binding.finish()
+    return binding.values, binding.problems, binding.sources
+
+
+class _Binding:
+    """The parameters of one request while they are read.
+
+    Args:
+        task: the checked task.
+        site: names places, and turns degrees into metres.
+        now: engine time, for times of today.
+    """
+
+    def __init__(self, task: Task, site: Site, now: Micros | None) -> None:
+        self.by_name = by_alias(task.params)
+        self.values: dict[str, Any] = {}
+        self.given: dict[str, str] = {}
+        """Parameter -> the name under which it was given."""
+        self.problems: list[Diagnostic] = []
+        self.sources: dict[str, str] = {}
+        self._task, self._site, self._now = task, site, now
+
+    def take(self, name: str, mark: Mark, said: str | Node) -> None:
+        """Read one parameter, as a text or as a file has it; `mark` is where its name stands."""
+        param = self.by_name.get(name)
         if param is None:
-            problems.append(_unknown(task, name, file, list(by_name)))
-        elif param.name in given:
-            text = f"'{name}' and '{given[param.name]}' are the same parameter"
-            problems.append(Diagnostic("E018", Mark(file, 1, 1), text))
+            self.problems.append(_unknown(self._task, name, mark, list(self.by_name)))
+            return
+        before = self.given.setdefault(param.name, name)
+        if param.name in self.values or before != name:
+            what = f"'{name}' is given twice" if before == name else f"'{name}' and '{before}' are the same parameter"
+            self.problems.append(Diagnostic("E018", mark, what))
+            return
+        if isinstance(said, str):
+            value, found = _read(param, said, mark.file, self._site, self._now)
         else:
-            given[param.name] = name
-            value, found = _read(param, text, file, site, now)
-            problems += found
-            if not found:
-                values[param.name] = value
-    for param in task.params.values():
-        if param.name in given:
-            continue
-        if param.default is not None:
-            problems += _default_outside(param, param.default, site, now)
-        elif not param.optional:
-            text = f"{task.name} needs the parameter '{param.name}' ({param.type})"
-            problems.append(Diagnostic("E051", Mark(task.mark.file, param.mark.line, param.mark.col), text))
-    return values, problems, sources
+            value, found = _of_node(param, said, self._site, self._now)
+        self.problems += found
+        if not found:
+            self.values[param.name] = value
+
+    def finish(self) -> None:
+        """Report what is missing, and defaults that lie outside."""
+        for param in self._task.params.values():
+            if param.name in self.given:
+                continue
+            if param.default is not None:
+                self.problems += _default_outside(param, param.default, self._site, self._now)
+            elif not param.optional:
+                text = f"{self._task.name} needs the parameter '{param.name}' ({param.type})"
+                mark = Mark(self._task.mark.file, param.mark.line, param.mark.col)
+                self.problems.append(Diagnostic("E051", mark, text))
 
 
 def bind_fields(
@@ -181,7 +219,7 @@ def bind_fields(
 def _default_outside(param: Param, default: Expr, site: Site, now: Micros | None) -> list[Diagnostic]:
     """Return E063 for a default that lies outside; one that cannot be computed here is left to the engine."""
     value, problems = run_outside(default, site, default.mark, param.name, now)
-    return [] if problems else outside(param, value, site, default.mark)
+    return [] if problems else outside(param, value, site, Scalar(default.source, default.mark))
 
 
 def half_a_place(name: str, param: Param) -> Diagnostic:
@@ -191,11 +229,11 @@ def half_a_place(name: str, param: Param) -> Diagnostic:
     return Diagnostic("E051", Mark(f"parameter {name}", 1, 1), text, f"both are '{param.name}'; or give that alone")
 
 
-def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:
+def _unknown(task: Task, name: str, mark: Mark, names: list[str]) -> Diagnostic:
     close = get_close_matches(name, names, n=1)
     hint = f"; did you mean '{close[0]}'?" if close else ""
     known = ", ".join(task.params) or "none"
-    return Diagnostic("E010", Mark(file, 1, 1), f"{task.name} has no parameter '{name}'{hint}", f"parameters: {known}")
+    return Diagnostic("E010", mark, f"{task.name} has no parameter '{name}'{hint}", f"parameters: {known}")
 
 
 def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) -> tuple[Any, list[Diagnostic]]:
@@ -208,6 +246,10 @@ def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) ->
         problems = [Diagnostic("E008", Mark(file, 1, 1), f"'{param.name}' is empty, it needs a value ({param.type})")]
     if node is None or problems:
         return None, problems
+    return _of_node(param, node, site, now)
+
+
+def _of_node(param: Param, node: Node, site: Site, now: Micros | None) -> tuple[Any, list[Diagnostic]]:
     expr, problems = compile_value(node, Scope({}, site=site, built_ins=OUTSIDE), param.type)
     if problems:
         return None, problems
@@ -216,7 +258,7 @@ def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) ->
         return None, problems
     if param.type.name == "agent" and isinstance(value, str):
         value = AgentRef(value)
-    return value, [*_out_of_range(param, value, site, file, text, now), *outside(param, value, site, node.mark)]
+    return value, [*_out_of_range(param, value, site, node.mark, now), *outside(param, value, site, node)]
 
 
 def impossible(param: Param, value: Any) -> str:
@@ -235,20 +277,22 @@ def never(of: Type, value: float, *, least: bool = True, most: bool = True) -> s
     return ""
 
 
-def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic]:
-    """Return E063 for a value with a point outside the site's fence."""
+def outside(param: Param, value: Any, site: Site, node: Node) -> list[Diagnostic]:
+    """Return E063 for a value with a point outside the site's fence, at the items of a list that have one."""
     if leaves(value, site):
+        if isinstance(node, Listing) and isinstance(value, tuple):
+            return [one for item, at in zip(value, node.items, strict=True) for one in outside(param, item, site, at)]
         said = f"'{param.name}' lies outside the fence of site {site.name}"
         known = [name for name, place in site.places.items() if not leaves(place, site)]
-        return [Diagnostic("E063", mark, said, f"places inside: {', '.join(known[:8])}" if known else "")]
+        return [Diagnostic("E063", node.mark, said, f"places inside: {', '.join(known[:8])}" if known else "")]
     return []
 
 
-def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str, now: Micros | None) -> list[Diagnostic]:
+def _out_of_range(param: Param, value: Any, site: Site, mark: Mark, now: Micros | None) -> list[Diagnostic]:
     wrong = impossible(param, value)
     if wrong:
         text = f"'{param.name}' {wrong}"
-        return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
+        return [Diagnostic("E062", mark, text)]
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):
             continue
@@ -257,8 +301,8 @@ def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str, now
             return problems
         if (value - limit) * beyond > 0:
             text = f"'{param.name}' must be at {word} {bound.source}"
-            return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
+            return [Diagnostic("E062", mark, text)]
     if param.choices and str(value) not in param.choices:
         text = f"'{param.name}' must be one of {', '.join(param.choices)}"
-        return [Diagnostic("E014", Mark(file, 1, 1, 1, len(raw) + 1), text)]
+        return [Diagnostic("E014", mark, text)]
     return []

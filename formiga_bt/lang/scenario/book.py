@@ -109,12 +109,12 @@ class Book:
         degrees = _LAT_LNG.fullmatch(node.text) if param.type.name == "place" and isinstance(node, Scalar) else None
         if degrees is not None:
             place = SiteEnv(self.site).place(float(degrees[1]), float(degrees[2]))
-            self.problems.extend(outside(param, place, self.site, node.mark))
+            self.problems.extend(outside(param, place, self.site, node))
             return place
         expr, found = compile_value(node, Scope({}, site=self.site, built_ins=OUTSIDE), param.type)
         if not found:
             value, found = run_outside(expr, self.site, node.mark, param.name, self.now)
-            found = found or outside(param, value, self.site, node.mark)
+            found = found or outside(param, value, self.site, node)
         self.problems.extend(found)
         if any(problem.severity == "error" for problem in found):
             return None

@@ -55,10 +55,12 @@ ANSWER: Final = (
     Option("never", "flag", "Such questions stay open."),
     Option("fields", "map", "What is filled in, where the question has a form."),
 )
+PARAMS_FROM: Final = Option("params_from", "value", "Files with parameters: spots.csv, or {spots: spots.csv}.")
 TASK: Final = (
     Option("at", "value", "When it is submitted (0 s).", type="duration", least=0.0),
     Option("task", "name", "Which task.", required=True),
     Option("params", "map", "Its parameters."),
+    PARAMS_FROM,
     Option("priority", "word", "Instead of the task's own.", values=("low", "medium", "high")),
     Option("wait", "value", "How long it waits for its agents (as its roles say).", type="duration", least=0.0),
     Option("expires", "value", "The longest time PENDING (as the task says).", type="duration", least=0.0),

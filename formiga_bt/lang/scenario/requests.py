@@ -6,12 +6,13 @@ from typing import Any
 
 from formiga_bt.base.clock import micros
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Param, Task
 from formiga_bt.lang.request.aliases import by_alias, degrees_of, names_in
 from formiga_bt.lang.request.binding import half_a_place
 from formiga_bt.lang.request.requested import with_requested
+from formiga_bt.lang.request.value_files import entries_of, read_params_from
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
 from formiga_bt.lang.scenario.options import TASK
@@ -49,10 +50,10 @@ class RequestReader:
             if name is None or task is None:
                 continue
             with self.problems.within(task.name):
-                params = read_params(self.book, task, keys.get("params"), name.mark)
+                written, whole = written_params(self.book, task, keys, name.mark)
+                params = read_params(self.book, task, written, name.mark, whole=whole)
             wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
-            written = keys["params"].value if "params" in keys else None
-            texts = plain(written) if isinstance(written, Mapping_) else {}
+            texts = plain(written) if written is not None else {}
             wait, expires = (micros(keys.number(key)) if key in keys else None for key in ("wait", "expires"))
             found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts, wait, expires))
         for own, name in self._asked.items():
@@ -125,16 +126,36 @@ class RequestReader:
         return self._files
 
 
-def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict[str, Any]:
+def written_params(book: Book, task: Task, keys: Keys, mark: Mark) -> tuple[Mapping_ | None, bool]:
+    """Return what is written under `params` with what the files of `params_from` say, and whether all of it could be read.
+
+    Args:
+        book: of the file in which they are written.
+        task: whose parameters.
+        keys: of the mapping in which they stand.
+        mark: of that mapping.
+    """
+    mapping = read_mapping(keys["params"].value, book.problems, "params") if "params" in keys else None
+    if "params_from" not in keys:
+        return mapping, True
+    at, before = keys["params_from"].value, len(book.problems.found)
+    files = read_params_from(at, Path(at.mark.file).parent, book.problems)
+    book.sources.update({one.file: one.text for one in files})
+    more = entries_of(files, by_alias(task.params), book.problems)
+    entries = (*(mapping.entries if mapping is not None else ()), *more)
+    return Mapping_(entries, mapping.mark if mapping else mark), not book.problems.has_errors(before)
+
+
+def read_params(book: Book, task: Task, mapping: Mapping_ | None, mark: Mark, *, whole: bool = True) -> dict[str, Any]:
     """Return the runtime values of a task's parameters, by their names; what is wrong was reported.
 
     Args:
         book: of the file in which they are written.
         task: whose parameters.
-        entry: `params`, if there is such a key.
+        mapping: as they are written, if any are.
         mark: where one is missing.
+        whole: whether that is all that is given; else nobody knows what is missing.
     """
-    mapping = read_mapping(entry.value, book.problems, "params") if entry is not None else None
     by_name = by_alias(task.params)
     values: dict[str, Any] = {}
     given: dict[str, str] = {}
@@ -148,7 +169,9 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
             given[meant] = one.key.text
             continue
         if param.name in given:
-            what = f"'{one.key.text}' and '{given[param.name]}' are the same parameter"
+            first = given[param.name]
+            what = f"'{one.key.text}' and '{first}' are the same parameter"
+            what = what if first != one.key.text else f"'{first}' is given twice"
             book.problems.add("E018", one.key.mark, what, "remove one")
             continue
         given[param.name] = one.key.text
@@ -156,7 +179,7 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
         if value is not None:
             values[param.name] = value
     for param in task.params.values():
-        if param.name not in given and param.default is None and not param.optional:
+        if whole and param.name not in given and param.default is None and not param.optional:
             what = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             book.problems.add("E051", mark, what, f"params: {{{param.name}: ...}}")
     return values

@@ -3,7 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.scenario.options import BATTERY, CHARGES, PAYLOAD, WALK
+from formiga_bt.lang.scenario.options import BATTERY, CHARGES, PARAMS_FROM, PAYLOAD, WALK
 
 FILE: Final = (
     Option("formiga_test", "value", "Version of the format.", type="int", required=True),
@@ -14,6 +14,7 @@ FILE: Final = (
 CASE: Final = (
     Option("name", "text", "What is tried, in words.", required=True),
     Option("params", "map", "The task's parameters."),
+    PARAMS_FROM,
     Option("profile", "text", "A profile whose values hold for parameters that are not given."),
     Option("agents", "map", "What differs from the site, by agent or role: battery, at, absent."),
     Option("answers", "value", "How questions are answered, and what becomes of goals."),

@@ -27,10 +27,10 @@ from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import START, ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.orders import read_orders
-from formiga_bt.lang.scenario.requests import read_params
+from formiga_bt.lang.scenario.requests import read_params, written_params
 from formiga_bt.lang.scenario.results import read_results
-from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
-from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, shorten
+from formiga_bt.lang.text.document import Mapping_, Scalar
+from formiga_bt.lang.text.reading import Problems, did_you_mean, shorten
 from formiga_bt.lang.types import TIME
 from formiga_bt.rehearsal.cases.agents import CaseAgents
 from formiga_bt.rehearsal.cases.cases import Case, CaseFile
@@ -187,7 +187,7 @@ class _Reader:
         )  # fmt: skip
 
     def _params(self, book: Book, task: Task, keys: Keys, mark: Mark) -> dict[str, Any]:
-        entry = keys.get("params")
+        written, whole = written_params(book, task, keys, mark)
         at = keys.text("profile")
         if at is not None:
             path = profile_file(at.text, self._folders[:1])
@@ -198,9 +198,8 @@ class _Reader:
             self.problems.extend(loaded.diagnostics)
             self.sources.update(loaded.sources)
             if loaded.profile is not None:
-                written = read_mapping(entry.value, self.problems, "params") if entry is not None else None
-                entry = Entry(keys["profile"].key, loaded.profile.filled(task, written, mark))
-        return read_params(book, task, entry, mark)
+                written = loaded.profile.filled(task, written, mark)
+        return read_params(book, task, written, mark, whole=whole)
 
 
 def _abort(book: Book, task: Task) -> list[ScenarioOrder]:

@@ -19,6 +19,7 @@ from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
 from formiga_bt.base.clock import Micros, micros
+from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.discovered import CatalogueOrders
 from formiga_bt.services.feed import Feed, FeedEvent
@@ -226,7 +227,8 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
         name = body.by or "http"
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
-        task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits)
+        files = tuple(ValueFile(one.file, one.text, one.param) for one in body.params_from)
+        task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits, files)
         return f.TaskRequested(task_id)
 
     @routes.get("/v1/tasks", "tasks")

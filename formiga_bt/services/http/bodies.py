@@ -25,11 +25,23 @@ class ByBody(RequestBody):
 
 
 # -- tasks -------------------------------------------------------------------------------------------------------------
+class ValueFileBody(RequestBody):
+    """The text of a file with values of parameters, as `formiga run --params-from` sends it."""
+
+    file: Annotated[str, Field(max_length=300)]
+    """Its name says how it is read: .csv, .geojson, .json or .yaml."""
+    text: str
+    param: Name = ""
+    """Which parameter it is for; empty: the one that is called as the file is, or several."""
+
+
 class SubmitBody(RequestBody):
     """Start a task. Each parameter is a text as on the command line ("60 m", "camp", "66.501,25.703") or JSON."""
 
     task: Id
     params: dict[str, Any] = {}
+    params_from: Annotated[list[ValueFileBody], Field(default_factory=list, max_length=20)]
+    """Further parameters, from files."""
     priority: Literal["low", "medium", "high"] | None = None
     by: Name = ""
     """Who requests it."""

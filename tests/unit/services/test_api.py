@@ -85,6 +85,12 @@ def test_a_running_task_shows_what_it_does(start: Start) -> None:
         ({"task": "Hello", "params": {"height": "30 kg"}}, 422, "bad_params", "kg"),
         ({"task": "Hello", "params": {"height": "500 m"}}, 422, "bad_params", "at most 120 m"),
         ({"task": "Hello", "params": {"target": "[1, {"}}, 422, "bad_params", ""),
+        (
+            {"task": "Hello", "params_from": [{"file": "target.csv", "text": "lat,lng\n66.5,\n"}]},
+            422,
+            "bad_params",
+            "lng is due a number",
+        ),
         ({"task": "Hello", "priority": "urgent"}, 422, "bad_request", "priority"),
         ({"task": "Hello", "wait_s": -1}, 422, "bad_request", "wait_s"),
         ({"task": "Hello", "expires_s": "soon"}, 422, "bad_request", "expires_s"),

@@ -1,0 +1,146 @@
+"""Values of parameters from files: tables, GeoJSON, YAML; what is wrong is told with the file and the row."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from formiga_bt.base.bounds import MOST_CELLS, MOST_FILE_BYTES
+from formiga_bt.base.diagnostics import render
+from formiga_bt.base.geo import Place, Region, horizontal_m
+from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.lang.request.value_files import ValueFile, given_in, read_value_file
+from formiga_bt.rehearsal.testing import packaged_world, task_of
+from tests.golden import Wording
+
+SITE, CATALOGUE = packaged_world()
+STEPS = "agents: {w: {type: watcher}}\nsteps: [{wait: 1 s}]\n"
+TYPES = {
+    "spots": "{type: {list: place}}", "names": "{type: {list: text}}", "depths": "{type: {list: distance}}",
+    "target": "place", "field": "region", "fields": "{type: {list: region}}", "height": "{type: distance, max: 80 m}",
+    "user": "{type: agent, of: [picker]}",
+}  # fmt: skip
+
+
+def bound(*files: ValueFile, **given: str) -> tuple[dict[str, Any], str]:
+    wanted = {name for one in files for name in [one.param, *given_in([one])] if name in TYPES} | set(given)
+    params = "".join(f"  {name}: {TYPES[name]}\n" for name in sorted(wanted)) or "  target: place\n"
+    task = task_of(f"params:\n{params}{STEPS}", SITE, CATALOGUE)
+    values, problems, sources = bind_params(task, given, SITE, files=files)
+    return values, "\n".join(render(one, sources) for one in problems)
+
+
+def table(text: str, param: str = "spots") -> ValueFile:
+    return ValueFile("rows.csv", text, param)
+
+
+def test_a_row_is_a_place_by_its_degrees_or_metres_or_name() -> None:
+    values, wrong = bound(
+        table("id,lat,lng,note\na,66.501,25.7,x\n\nb,66.502,25.701,\n"),
+        ValueFile("target.csv", "east;north\n10 m;-4 m\n"),
+    )
+
+    assert not wrong
+    assert horizontal_m(values["spots"][0], Place(0.0, 111.5)) < 1.0
+    assert (len(values["spots"]), values["target"]) == (2, Place(10.0, -4.0))
+    named, wrong = bound(table('spot\ncamp\n"66.5, 25.7"\nbase\n'.replace("base\n", "")))
+    assert not wrong
+    assert named["spots"] == (SITE.places["camp"], Place(0.0, 0.0))
+
+
+def test_other_lists_take_the_only_column_or_the_one_of_their_name() -> None:
+    assert bound(table("depth\n4 m\n2.5 m\n", "depths"))[0] == {"depths": (4.0, 2.5)}
+    assert bound(table('id,names\n1,"a, ""b"""\n2, c \n', "names"))[0] == {"names": ('a, "b"', "c")}
+    assert bound(table("depth\n", "depths"))[0] == {"depths": ()}
+
+
+def test_rows_are_the_corners_of_a_region() -> None:
+    values, wrong = bound(table("east,north\n0 m,0 m\n9 m,0 m\n9 m,9 m\n", "field"))
+
+    assert not wrong
+    assert isinstance(values["field"], Region)
+
+
+def feature(kind: str, points: str) -> str:
+    return f'{{"type": "Feature",\n "properties": {{"id": 1}},\n\t"geometry": {{"type": "{kind}", "coordinates": {points}}}}}'
+
+
+POINT = feature("Point", "[25.7, 66.501, 12.0]")
+RING = "[[25.7, 66.501], [25.705, 66.501], [25.705, 66.503], [25.7, 66.501]]"
+
+
+@pytest.mark.parametrize(
+    ("param", "features", "many"),
+    [
+        ("spots", [POINT, POINT], 2),
+        ("spots", [feature("LineString", RING)], 4),
+        ("target", [POINT], 0),
+        ("field", [feature("Polygon", f"[{RING}]")], 0),
+        ("fields", [feature("Polygon", f"[{RING}]")] * 2, 2),
+    ],
+)
+def test_features_are_places_and_regions(param: str, features: list[str], many: int) -> None:
+    text = f'{{"type": "FeatureCollection", "features": [{", ".join(features)}]}}'
+    values, wrong = bound(ValueFile(f"{param}.geojson", text))
+
+    assert not wrong
+    assert not many or len(values[param]) == many
+
+
+def test_yaml_holds_one_parameter_or_several() -> None:
+    assert bound(ValueFile("day.yaml", "target: camp\nheight: 60 m\n"))[0]["height"] == 60.0
+    assert bound(ValueFile("day.yaml", "[camp, '66.5, 25.7']", "spots"))[0]["spots"][1] == Place(0.0, 0.0)
+    assert bound(ValueFile("x.json", '{"height": "60 m"}'), user="picker_1")[0]["height"] == 60.0
+
+
+WRONG = {
+    "a place outside": table("lat,lng\n66.501,25.7\n67.5,25.7\n"),
+    "a cell of another type": table("depth\n4 m\n\n4 s\n", "depths"),
+    "a bare number": table("id,depths\na,4\n", "depths"),
+    "a row too short": table("lat,lng\n66.5,25.7\n66.5\n"),
+    "no columns of a place": table("id,note\na,b\n"),
+    "an empty cell": table("id,depths\na,\n", "depths"),
+    "a column twice": table("lat,lat\n1,2\n"),
+    "a column without a name": table("lat,\n1,2\n"),
+    "nothing": table(""),
+    "two rows for one": table("lat,lng\n66.5,25.7\n66.5,25.7\n", "target"),
+    "no rows for one": table("lat,lng\n", "target"),
+    "an expression": table("spot\n${base}\n"),
+    "an expression in yaml": ValueFile("day.yaml", "target: ${base}\n"),
+    "a name of nobody": ValueFile("blades.csv", "lat,lng\n66.5,25.7\n"),
+    "a name of nobody in yaml": ValueFile("day.yaml", "targte: camp\n"),
+    "no yaml": ValueFile("day.yaml", "target: {"),
+    "nothing in yaml": ValueFile("day.yaml", ""),
+    "too high": ValueFile("day.yaml", "height: 90 m\n"),
+    "a feature of another shape": ValueFile("target.geojson", feature("MultiPolygon", "[]")),
+    "a feature for a length": ValueFile("height.geojson", POINT),
+    "degrees the wrong way round": ValueFile("target.geojson", feature("Point", "[66.5, 125.7]")),
+    "no numbers": ValueFile("target.geojson", feature("Point", '["x", 1]')),
+    "no features": ValueFile("target.geojson", '{"type": "FeatureCollection"}'),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_wrong_is_told_with_its_row(what: str, wording: Wording) -> None:
+    wording(bound(WRONG[what])[1])
+
+
+def test_what_is_given_twice_is_told(wording: Wording) -> None:
+    wording(bound(ValueFile("day.yaml", "target: camp\n"), target="camp")[1])
+
+
+def test_files_are_bounded(tmp_path: Path) -> None:
+    assert f"more than {MOST_CELLS:,} values" in bound(table("a,b\n" + "1,2\n" * (MOST_CELLS // 2 + 1)))[1]
+    assert "larger than" in bound(table("spot\n" + "camp\n" * (MOST_FILE_BYTES // 5)))[1]
+    (tmp_path / "large.csv").write_bytes(b"a\n" * MOST_FILE_BYTES)
+    (tmp_path / "latin.csv").write_bytes(b"a\n\xff\n")
+    for name in ("large.csv", "latin.csv", "none.csv", "code.py"):
+        assert isinstance(read_value_file(tmp_path / name), str)
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_no_matter(tmp_path: Path) -> None:
+    (tmp_path / "spots.csv").write_bytes("\ufefflat;lng\r\n66.5;25.7\r\n".encode())
+    read = read_value_file(tmp_path / "spots.csv")
+
+    assert isinstance(read, ValueFile)
+    assert bound(read)[0] == {"spots": (Place(0.0, 0.0),)}
