@@ -12,7 +12,7 @@ import typer
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.cli.integrator.keyboard import Keyboard
-from formiga_bt.cli.integrator.scenarios import read_scenario
+from formiga_bt.cli.integrator.scenarios import note_of_clock, read_scenario
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
@@ -64,6 +64,7 @@ def command(
     ends at once.
     """
     play = read_scenario(scenario)
+    note_of_clock(play)
     from formiga_bt.services.demo import FREE_PORT, ScenarioDemo
     from formiga_bt.show.live import LiveView, PlainView
 

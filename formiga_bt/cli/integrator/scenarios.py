@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.packaged import folder
 from formiga_bt.cli.inputs import UnusableFile, added_catalogues, readable
@@ -52,3 +54,11 @@ def read_scenario(word: str, actions: Sequence[Path] = ()) -> "Scenario":
         texts = [render(problem, loaded.sources) for problem in errors]
         raise FormigaError("\n\n".join([*texts, f"{path} cannot be played"]))
     return loaded.scenario
+
+
+def note_of_clock(play: "Scenario") -> None:
+    """Say that a scenario's `now` does not count where the clock is that of an engine."""
+    if play.now is not None:
+        typer.echo(
+            "note: 'now' of the scenario counts with formiga sim --virtual; here the clock is the engine's", err=True
+        )

@@ -15,7 +15,7 @@ import typer
 
 from formiga_bt.cli.actions_option import ActionsOption
 from formiga_bt.cli.inputs import UnusableFile
-from formiga_bt.cli.integrator.scenarios import read_scenario
+from formiga_bt.cli.integrator.scenarios import note_of_clock, read_scenario
 
 if TYPE_CHECKING:
     from formiga_bt.lang.scenario import Scenario
@@ -83,6 +83,7 @@ def command(
         raise UnusableFile("--site and --without are for the agents of a site; a scenario names its own")
     play = read_scenario(scenario, actions or ())
     if not virtual:
+        note_of_clock(play)
         from formiga_bt.cli.integrator.sim_live import run
 
         raise typer.Exit(run(play, connect))

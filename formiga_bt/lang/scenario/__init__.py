@@ -27,6 +27,7 @@ from formiga_bt.lang.loader import load_site
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario.agents import read_agents
 from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.clock import in_zone, read_now
 from formiga_bt.lang.scenario.entries import (
     FaultKind,
     OrderWord,
@@ -140,7 +141,9 @@ def _read(
     site, catalogue = world.site, world.catalogue
     if site is None:
         return None
-    book = Book(problems, sources, keys, catalogue, site, folders)
+    site = in_zone(keys, site)
+    now = read_now(keys, site)
+    book = Book(problems, sources, keys, catalogue, site, folders, now)
     seed, wind = keys.whole("seed"), keys.inside("wind", WIND, "the wind")
     agents = read_agents(book)
     asked = RequestReader(book, own_tasks(where))
@@ -162,6 +165,7 @@ def _read(
         speed,
         seed,
         file,
+        now,
     )
 
 

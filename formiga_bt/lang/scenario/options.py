@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.scenario.clock import CLOCK
 from formiga_bt.lang.scenario.entries import FaultKind
 
 FASTEST: Final = 20.0
@@ -21,6 +22,7 @@ SCENARIO: Final = (
     Option("orders", "value", "What people order, and when."),
     Option("results", "value", "What simulated agents give, in which goals they fail or begin late."),
     Option("wind", "options", "Where the wind blows to: east, north (no wind)."),
+    *CLOCK,
 )
 BATTERY: Final = Option("battery", "value", "Its charge (100 %).", type="percent", least=0.0, most=100.0, default=100.0)
 CHARGES: Final = Option("charges", "flag", "Whether it charges where there is a charger (true).")

@@ -24,6 +24,7 @@ from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.routes import read_routes
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.site.wires import read_transports
+from formiga_bt.lang.site.zone import read_timezone
 from formiga_bt.lang.text.document import Entry, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,
@@ -37,7 +38,7 @@ from formiga_bt.lang.text.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.text.synonyms import nearest, surely
+from formiga_bt.lang.text.synonyms import surely
 
 
 class SiteReader(Points):
@@ -80,7 +81,7 @@ class SiteReader(Points):
             self.lat,
             self.lng,
             self.msl,
-            timezone=self._timezone(),
+            timezone=read_timezone(self.keys),
             ports=ports,
             places={
                 one: place for one, entry in self.named.items() if (place := self.place_named(one, entry)) is not None
@@ -131,21 +132,6 @@ class SiteReader(Points):
         types = machines(site, self.catalogue.types) if self.catalogue is not None else []
         check_site(self.written.limits, types, self.problems)
         check_whole(site, self.written, types, self.problems)
-
-    def _timezone(self) -> str:
-        at = self.keys.text("timezone")
-        if at is None:
-            return "UTC"
-        from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones  # slow, and few sites need it
-
-        try:
-            return ZoneInfo(at.text).key
-        except (ZoneInfoNotFoundError, ValueError, OSError):
-            known = sorted(available_timezones())
-            meant = nearest(at.text, known)
-            what = f"there is no time zone '{shorten(at.text)}'{did_you_mean(at.text, known)}"
-            self.problems.add("E008", at.mark, what, "an IANA name, such as Europe/Helsinki", fix_word(at, meant))
-            return "UTC"
 
     def _mode(self, pilots: Mapping[str, int]) -> str:
         mode = self.keys.word("mode")

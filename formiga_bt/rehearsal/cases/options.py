@@ -3,12 +3,14 @@
 from typing import Final
 
 from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.scenario.clock import CLOCK, NOW
 from formiga_bt.lang.scenario.options import BATTERY, CHARGES, PARAMS_FROM, PAYLOAD, WALK
 
 FILE: Final = (
     Option("formiga_test", "value", "Version of the format.", type="int", required=True),
     Option("task", "text", "The task's file, beside this one or of the library.", required=True),
     Option("site", "text", "The site's file; without it the demo site."),
+    *CLOCK,
     Option("cases", "value", "What is tried.", required=True),
 )
 CASE: Final = (
@@ -21,7 +23,7 @@ CASE: Final = (
     Option("results", "value", "What simulated agents give, in which goals they fail or begin late; as in a scenario."),
     Option("faults", "value", "What goes wrong, and when; as in a scenario."),
     Option("orders", "value", "What people order, and when; as in a scenario."),
-    Option("now", "value", "The instant of the request, in the site's time zone: 14:00, or 2026-06-21T14:00."),
+    NOW,
     Option(
         "limit",
         "value",

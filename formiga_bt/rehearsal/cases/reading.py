@@ -14,16 +14,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from formiga_bt.base.clock import micros
+from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.keyed import Keys, check_version, read_keys, read_root, text_of
 from formiga_bt.lang.loader import load_task
-from formiga_bt.lang.model import Catalogue, Param, Site, Task
+from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.request.profiles import load_profile, profile_file, unknown_profile
 from formiga_bt.lang.request.requested import with_requested
 from formiga_bt.lang.scenario import own_tasks, site_at
 from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.clock import in_zone, read_now
 from formiga_bt.lang.scenario.entries import START, ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.orders import read_orders
@@ -31,7 +32,6 @@ from formiga_bt.lang.scenario.requests import read_params, written_params
 from formiga_bt.lang.scenario.results import read_results
 from formiga_bt.lang.text.document import Mapping_, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean, shorten
-from formiga_bt.lang.types import TIME
 from formiga_bt.rehearsal.cases.agents import CaseAgents
 from formiga_bt.rehearsal.cases.cases import Case, CaseFile
 from formiga_bt.rehearsal.cases.expecting import read_expect
@@ -96,6 +96,7 @@ class _Reader:
         self._known = known
         self._catalogue = known[0] or Catalogue()
         self._folders = folders
+        self._now: Micros | None = None
         self._own: Path | None = None
         """The folder of the site's own tasks."""
 
@@ -107,9 +108,11 @@ class _Reader:
             return None
         check_version(keys, "formiga_test", "these tests need", "write formiga_test: 1")
         site = self._site(keys)
+        site = in_zone(keys, site) if site is not None else None
         task = self._task(keys, site) if site is not None else None
         if site is None or task is None:
             return None
+        self._now = read_now(keys, site)
         with self.problems.within(task.name):
             cases = self._cases(keys, task, site)
         _, *requested = with_requested(task, lambda path: self._load(path, site), site)
@@ -169,9 +172,9 @@ class _Reader:
         keys = read_keys(mapping, CASE, self.problems, "a case")
         name = keys.text("name")
         with self.problems.within(shorten(name.text) if name is not None else "case"):
-            book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders, START)
-            now = book.value(keys["now"].value, Param("now", TIME, keys.mark("now"))) if "now" in keys else None
-            book.now = START if now is None else now
+            now = read_now(keys, site, self._now) or self._now
+            at = START if now is None else now
+            book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders, at)
             agents = CaseAgents(book, task).read()
             params = self._params(book, task, keys, mapping.mark)
             answers, goals = read_rules(book, task)
