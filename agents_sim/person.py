@@ -20,9 +20,9 @@ from agents_sim.following import Follower
 from agents_sim.kinds import Outcome, SimAction, lasts_us
 from agents_sim.limits import PersonLimits
 from agents_sim.motion import BadFieldError, PersonState, read_place
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND, Micros, Timer, micros
 from formiga_bt.base.geo import Frame, Place, Position, horizontal_m, mm
-from formiga_bt.transport.agent_side import CONFIRM
 from formiga_bt.transport.messages import GoalRequest
 
 CLEARANCE_OPTIONS: Final = frozenset({"clear", "wait", "refuse"})

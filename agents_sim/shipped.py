@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from agents_sim.kinds import Kind, SimAction
 from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, TRACKED_TYPES, DroneLimits
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND
 
 _FLYING: Final[Mapping[str, SimAction]] = MappingProxyType(
@@ -17,7 +18,7 @@ _FLYING: Final[Mapping[str, SimAction]] = MappingProxyType(
         "CutMotors": SimAction(effect="grounded", cuts=True),
     }
 )
-_ASKED: Final[Mapping[str, SimAction]] = MappingProxyType({"Confirm": SimAction()})
+_ASKED: Final[Mapping[str, SimAction]] = MappingProxyType({CONFIRM: SimAction()})
 _TRACKED: Final[Mapping[str, SimAction]] = MappingProxyType({**_ASKED, "MiniFinder": SimAction(typical_us=2 * SECOND)})
 
 

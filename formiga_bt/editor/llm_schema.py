@@ -9,6 +9,7 @@ Made by `formiga schema --llm`.
 from collections.abc import Iterable
 from typing import Any, Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.lang.json_form.words import NAMED, POINTS, VALUED, field_key
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, TASK, Option
 from formiga_bt.lang.model import ActionSpec, Catalogue
@@ -37,7 +38,7 @@ class _Maker:
 
     def definitions(self) -> Schema:
         """Return what the schema refers to."""
-        actions = [spec for name, spec in self._catalogue.actions.items() if not spec.cuts and name != "Confirm"]
+        actions = [spec for name, spec in self._catalogue.actions.items() if not spec.cuts and name != CONFIRM]
         kinds = [kind for kind in KINDS.values() if kind.available and kind.name != "do"]
         branches = [f"do_{spec.name}" for spec in actions] + [f"step_{kind.name}" for kind in kinds]
         found: Schema = {

@@ -8,6 +8,7 @@ accepts; what it lets through is still checked by that. Made by `formiga schema 
 from collections.abc import Iterable
 from typing import Any, Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.units import LIKELY, UNITS, format_quantity
 from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION
@@ -224,7 +225,7 @@ class _Maker:
         return {"type": "string", "pattern": rf"^\s*[A-Za-z]\w*\.({names})\s*$", "examples": sorted(found)}
 
     def _of(self, type_: str) -> list[str]:
-        return [name for name in self._catalogue.types[type_].actions if name in self._actions and name != "Confirm"]
+        return [name for name in self._catalogue.types[type_].actions if name in self._actions and name != CONFIRM]
 
     def _fields_of(self, name: str) -> Schema:
         pattern = rf"\.{name}\s*$"

@@ -99,7 +99,7 @@ RETRY: Final[tuple[Option, ...]] = (
 )
 
 CLEARS: Final[tuple[Option, ...]] = (
-    Option("role", "name", "The machine that people then stand clear of.", required=True, like="drone"),
+    Option("role", "name", "The machine that people then stand clear of.", required=True, like="ROLE"),
     Option("on", "words", "The answers that say so.", required=True, like="[yes]"),
 )
 

@@ -13,6 +13,7 @@ from formiga_bt.base.packaged import folder
 _ROW: Final = re.compile(r"^\| ([EW]\d{3}) \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 _SECTION: Final = re.compile(r"^## ([EW]\d{3})\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 _FENCE: Final = re.compile(r"^```yaml (wrong|right)(?: (\w+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_ROLE: Final = re.compile(r"`(\w+)` [^`,]*\(`(\w+)`\)")
 _TABLE_ROW: Final = re.compile(r"^\| (`[^|]+`(?:, `[^|]+`)*) \| (.*) \|$")
 
 
@@ -91,12 +92,11 @@ def reasons_of(word: str) -> tuple[Reason, ...]:
     return tuple(r for r in reasons() if any(re.match(rf"{re.escape(start)}[:.]<", code) for code in r.codes))
 
 
-_HEAD = {
-    "drone": "  drone: {type: lwd}\n",
-    "heavy": "  heavy: {type: hwd}\n",
-    "picker": "  picker: {type: picker}\n",
-    "watcher": "  watcher: {type: watcher}\n",
-}
+@cache
+def _roles() -> dict[str, str]:
+    """Return the roles that examples need not declare, and their types: as the head of docs/errors.md says."""
+    head = (folder("docs") / "errors.md").read_text(encoding="utf-8").partition("\n| code |")[0]
+    return dict(_ROLE.findall(head))
 
 
 def whole(example: PageExample) -> str:
@@ -115,8 +115,8 @@ def whole(example: PageExample) -> str:
         text = text.replace("params:\n", "params:\n  target: place\n", 1)
     if not re.search(r"^agents:", text, re.MULTILINE):
         main = text.partition("subtrees:")[0]
-        head += "agents:\n" if any(re.search(rf"\b{role}\b", main) for role in _HEAD) else ""
-        roles = [line for role, line in _HEAD.items() if re.search(rf"(?<!: \$\{{)\b{role}\b[^:]|{role}\}}", main)]
+        head += "agents:\n" if any(re.search(rf"\b{role}\b", main) for role in _roles()) else ""
+        roles = [one for one in _roles() if re.search(rf"(?<!: \$\{{)\b{one}\b[^:]|{one}\}}", main)]
         near = ', near: "${target}"' if re.search(r"\btarget\b", main) else ""
-        head += "".join(re.sub(r"(?<=wd)\}", f"{near}}}", line) for line in roles)
+        head += "".join(f"  {role}: {{type: {_roles()[role]}{near}}}\n" for role in roles)
     return head + text

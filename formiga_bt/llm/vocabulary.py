@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.packaged import folder
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
@@ -76,7 +77,7 @@ def _actions(catalogue: Catalogue) -> dict[str, AgentVerb]:
     found = {}
     for name, spec in catalogue.actions.items():
         types = tuple(t.name for t in catalogue.types.values() if name in t.actions)
-        if spec.cuts or name == "Confirm" or not types:
+        if spec.cuts or name == CONFIRM or not types:
             continue
         must = tuple(n for n, f in spec.fields.items() if not f.optional and f.default is None)
         fields = {n: str(f.type) for n, f in spec.fields.items()}

@@ -165,7 +165,10 @@ class ScriptedAgent:
     def _finish(self, goal: GoalRequest, state: Any, code: str, result: dict[str, Any], fields: dict[str, Any]) -> None:
         if state == "succeeded" and self.mobility != "people":
             to = goal.fields.get(self.moves.get(goal.action, ""))
-            fields = {**_moved(goal, to, self._fields["position"]), **fields}
+            fields = {
+                **_moved(goal, to, self._fields["position"], self.effects.get(goal.action) == "airborne"),
+                **fields,
+            }
             if self.effects.get(goal.action):
                 fields = {"landed": self.effects[goal.action], **fields}
         self._fields.update(fields)
@@ -208,10 +211,10 @@ def _plain(status: AgentStatus) -> dict[str, Any]:
     return {name: getattr(status, name) for name in AgentStatus.__struct_fields__}
 
 
-def _moved(goal: GoalRequest, to: Any, here: Position) -> dict[str, Any]:
+def _moved(goal: GoalRequest, to: Any, here: Position, up: bool) -> dict[str, Any]:
     if to:
         return {"position": Position(to["east_m"], to["north_m"], to.get("up_m", 0.0))}
-    if goal.action == "TakeOff":
+    if up and "altitude" in goal.fields:
         return {"position": Position(here.east_m, here.north_m, float(goal.fields["altitude"]))}
     return {}
 

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 import msgspec
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
 from formiga_bt.base.clock import SECOND, Micros, micros
 from formiga_bt.transport.attachments import Attachment
@@ -45,9 +46,6 @@ SET_BACK_US: Final[Micros] = 10 * SECOND
 
 ENGINE_KEPT_US: Final[Micros] = 30 * SECOND
 """An engine that was silent for so long may be replaced by one of another identity."""
-
-CONFIRM: Final = "Confirm"
-"""The action by which people are asked. A person may hold several such goals at once."""
 
 STANDBY: Final = "STANDBY"
 EXECUTING: Final = "EXECUTING ACTION"

@@ -15,11 +15,12 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES
 from formiga_bt.lang.forms import FormField, lack
-from formiga_bt.transport.agent_side import CONFIRM, AgentSide
+from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.attachments import Attachment
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
 from formiga_bt.transport.messages import (
@@ -132,7 +133,7 @@ class DeskTransport:
 
     # People.
 
-    def add_person(self, person: str, agent_type: str = "person", name: str = "") -> None:
+    def add_person(self, person: str, agent_type: str, name: str = "") -> None:
         """Let a person work at this desk, under an agent's id.
 
         Raises:

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 from msgspec.structs import replace
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.engine.goals.wire_values import read_result
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
@@ -113,7 +114,7 @@ class People:
         asked = dict.fromkeys(question for person in people for question in index.asked_of(person))
         if not asked:
             return
-        concurrency = core.action("Confirm").concurrency
+        concurrency = core.action(CONFIRM).concurrency
         queue = sorted((core.state.questions[one] for one in asked), key=lambda q: (PRIORITIES[q.priority], q.order))
         for question in queue:
             if question.reply is not None:
@@ -147,12 +148,12 @@ class People:
         if task is not None and task.files.found:
             fields["attachments"] = [msgspec.structs.asdict(one.file) for one in task.files.found[-SHOWN_FILES:]]
         goal = GoalRecord(
-            id=goal_id, agent=person, action="Confirm", task=question.task, owner="!question", fields=fields,
+            id=goal_id, agent=person, action=CONFIRM, task=question.task, owner="!question", fields=fields,
             state="sent", order=core.count("goal"), at=core.now, sent_at=core.now,
         )  # fmt: skip
         core.emit(ch.GoalPut(goal))
-        core.effect(SendGoal(goal_id, person, "Confirm", fields, core.state.epoch, TTL_BEATS, task=question.task))
-        core.set_wall(AcceptDue(goal_id), core.action("Confirm").accept_timeout_us)
+        core.effect(SendGoal(goal_id, person, CONFIRM, fields, core.state.epoch, TTL_BEATS, task=question.task))
+        core.set_wall(AcceptDue(goal_id), core.action(CONFIRM).accept_timeout_us)
 
     # -- answers -------------------------------------------------------------------------------------------------
     def on_goal_ended(self, goal_id: str) -> Question | None:

@@ -4,7 +4,7 @@
 consist of the part `recover` alone.
 """
 
-from typing import Literal
+from typing import Final, Literal
 
 from formiga_bt.engine.agents.grants import assign, free_layer
 from formiga_bt.engine.goals.goals import Goals
@@ -26,6 +26,8 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import TaskOutcome
 
 RECOVER_TASK = "Recover"
+_ROLE: Final = "machine"
+"""What such a task calls it."""
 
 
 class SystemTasks:
@@ -62,14 +64,14 @@ class SystemTasks:
                     status="ACTIVE",
                     section="finally",
                     request=TaskRequest(bundle="system", priority="high", by=by),
-                    agents=TaskAgents(roles={"drone": (agent_id,)}, granted=(agent_id,)),
+                    agents=TaskAgents(roles={_ROLE: (agent_id,)}, granted=(agent_id,)),
                     outcome=TaskOutcome(status="SUCCEEDED"),
                     times=TaskTimes(submitted_at=core.now, assigned_at=core.now, active_at=core.now),
                     system=SystemOrder(agent=agent_id, stop=stop),
                 )
             )
         )
-        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
+        core.emit(ch.ScopePut(task_id, "", {_ROLE: AgentRef(agent_id)}))
         return task_id
 
     def _begin(self, task_id: str) -> None:
@@ -120,5 +122,5 @@ class SystemTasks:
         if standing is not None and standing.state == "open":
             return
         task_id = self._admit(RECOVER_TASK, agent_id, "engine")
-        assign(core, task_id, {"drone": (agent_id,)})
+        assign(core, task_id, {_ROLE: (agent_id,)})
         self._begin(task_id)

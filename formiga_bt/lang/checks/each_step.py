@@ -3,8 +3,9 @@
 E042 (`spinning`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
 """
 
-from typing import Final, assert_never
+from typing import assert_never
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.busy_loops import check_spin
 from formiga_bt.lang.checks.deadlock import check_blocks
@@ -45,9 +46,6 @@ from formiga_bt.lang.model import (
 from formiga_bt.lang.text.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import children, claims_inside, lasting_orders, orders, requests_inside, roles_inside
-
-_QUESTION: Final = "Confirm"
-"""The action that `ask` stands for."""
 
 
 def can_succeed(step: Step) -> bool:
@@ -168,7 +166,7 @@ class StepChecks:
             self._check_typical(step, step.timeout, "timeout")
             if step.retry is not None:
                 self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
-        asks = isinstance(step, Ask) or (isinstance(step, Do) and step.action == _QUESTION)
+        asks = isinstance(step, Ask) or (isinstance(step, Do) and step.action == CONFIRM)
         if (asks or isinstance(step, WaitUntil | WaitFor)) and step.timeout is None and not bounded:
             attempt = step.retry.attempt_timeout if step.retry is not None else None
             if attempt is None:
@@ -185,7 +183,7 @@ class StepChecks:
 
     def _check_options(self, step: Do) -> None:
         """Report E074 for a question that is put by `do`."""
-        options = step.fields.get("options") if step.action == _QUESTION else None
+        options = step.fields.get("options") if step.action == CONFIRM else None
         if options is None or not isinstance(options.const, tuple):
             return
         twice = next((one for index, one in enumerate(options.const) if one in options.const[:index]), None)

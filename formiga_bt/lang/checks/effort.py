@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, assert_never
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.geo import Position, Region
 from formiga_bt.lang.checks.effort_findings import OncePerMark
 from formiga_bt.lang.checks.known import Names, value_of
@@ -79,7 +80,7 @@ class _Walk:
         self.left = _MOST_STEPS
         self.bounds: list[float] = []
         """Seconds after which something around the step ends it."""
-        answer = catalogue.actions.get("Confirm")
+        answer = catalogue.actions.get(CONFIRM)
         self.answer_s = answer.typical_us / 1e6 if answer is not None else 0.0
         self.spending = RoleSpending(task, catalogue, site)
         self.told = OncePerMark(self.spending, site, self.answer_s, problems)

@@ -27,7 +27,9 @@ def why_no_type(node: ast.expr | None, written: str, text: str | None, scope: Sc
     types = tuple(scope.agent_types)
     listed = f"types: {', '.join(types)}" if types else ""
     if node is None:
-        return Mismatch("E012", "fleet takes the name of one agent type", "such as: fleet('picker')")
+        return Mismatch(
+            "E012", "fleet takes the name of one agent type", f"such as: fleet('{types[0]}')" if types else ""
+        )
     if text is None:
         mended = f"'{written}'" if written in types else None
         said = "fleet takes the name of an agent type in quotes"

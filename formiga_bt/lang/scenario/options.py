@@ -36,7 +36,7 @@ AGENT: Final = (
     CHARGES,
     Option("person", "options", "What a person does: answers, walk."),
     PAYLOAD,
-    Option("cut", "flag", "Whether a drone announces CutMotors."),
+    Option("cut", "flag", "Whether a drone announces what cuts its motors."),
     Option(
         "on_link_loss",
         "word",

@@ -3,6 +3,7 @@
 Each function reads the keys of one step and returns its own part of the model; `step` adds the modifiers.
 """
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.compiling import poison
@@ -32,7 +33,7 @@ from formiga_bt.lang.types import TEXT
 def read_ask(body: Body, keys: Keys) -> Part | None:
     """Read a question to people."""
     part: Part = {"question": _words(body, keys["ask"].value, "ask", "of: [ROLE] and options: [yes, no]")}
-    part["of"] = _read_whom(body, keys["of"].value, "of", action="Confirm") if "of" in keys else ()
+    part["of"] = _read_whom(body, keys["of"].value, "of", action=CONFIRM) if "of" in keys else ()
     part["form"] = form = read_form(body, keys)
     options = _read_options(body, keys) if "options" in keys or not form else DONE
     part["options"] = options

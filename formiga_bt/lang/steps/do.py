@@ -11,6 +11,7 @@ from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
+from formiga_bt.lang.naming import an_order
 from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, read_held, read_who
@@ -28,7 +29,10 @@ def read_do(body: Body, keys: Keys) -> Part | None:
     found = ROLE_ACTION.fullmatch(at.text)
     if found is None:
         body.problems.add(
-            "E008", at.mark, f"'do' must be role.Action, this is '{shorten(at.text)}'", "such as: drone.TakeOff"
+            "E008",
+            at.mark,
+            f"'do' must be role.Action, this is '{shorten(at.text)}'",
+            f"such as: {an_order(body).removeprefix('do: ')}",
         )
         return None
     role, word = found[1], found[2]

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.keyed import Keys
+from formiga_bt.lang.naming import a_type
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.steps.roles import read_roles
@@ -21,7 +22,10 @@ def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
         return None
     if not mapping.entries:
         body.problems.add(
-            "E044", mapping.mark, "'with_agents' asks for nobody", "such as: with_agents: {relief: {type: lwd}}"
+            "E044",
+            mapping.mark,
+            "'with_agents' asks for nobody",
+            f"such as: with_agents: {{relief: {{type: {a_type(body.world.catalogue)}}}}}",
         )
     before = frozenset(body.agents)
     outside = {

@@ -13,6 +13,7 @@ from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE, VAR
 from formiga_bt.lang.model import Expr, Role, Room, Some
+from formiga_bt.lang.naming import a_type
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types, read_details, written
 from formiga_bt.lang.steps.over_lists import length_of
@@ -223,7 +224,9 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
             "E008",
             mapping.mark if has == "neither" else keys["any_of"].key.mark,
             f"role '{name}' needs type or any_of, it has {has}",
-            "say of which type it is, for example type: lwd" if has == "neither" else "take one of them out",
+            f"say of which type it is, for example type: {a_type(body.world.catalogue)}"
+            if has == "neither"
+            else "take one of them out",
         )
     agent = Type("agent", of=body.agents[name])
     count = _read_count(body, keys, name)

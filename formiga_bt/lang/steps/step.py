@@ -43,6 +43,7 @@ from formiga_bt.lang.model import (
     WithAgents,
     WithResource,
 )
+from formiga_bt.lang.naming import an_order
 from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, resources, switches
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.do import as_order
@@ -165,7 +166,7 @@ def _read_step(body: Body, node: Node, seg: str) -> Step | None:
 
 def _report_no_mapping(body: Body, node: Node) -> None:
     """Report what is no mapping; of a text how it was meant, if a colon would make a step of it or it is an action."""
-    what, mended, fix = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}", "", None
+    what, mended, fix = f"a step is a mapping such as '{an_order(body)}', this is {what_is(node)}", "", None
     if isinstance(node, Scalar) and node.exact and not node.quoted:
         missing, mended = in_text(node.text)
         if missing:
@@ -230,7 +231,7 @@ def _mended(body: Body, node: Mapping_) -> Mapping_:
     modifiers = {option.name for option in MODIFIERS}
     unknown = [entry.key for entry in node.entries if entry.key.text not in modifiers]
     if not unknown:
-        body.problems.add("E005", node.mark, "a step has one kind, this has none", "such as: do: drone.TakeOff")
+        body.problems.add("E005", node.mark, "a step has one kind, this has none", f"such as: {an_order(body)}")
         return node
     options = {option.name for kind in KINDS.values() for option in kind.options}
     key = next((key for key in unknown if key.text not in options), unknown[0])

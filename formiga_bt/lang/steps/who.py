@@ -7,6 +7,7 @@ from typing import Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.model import ActionSpec, Who
+from formiga_bt.lang.naming import action_that, comes_down
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.reading import fix_word, quoted_list
 from formiga_bt.lang.text.synonyms import action_for, is_sure, nearest
@@ -71,7 +72,9 @@ def find_action(body: Body, role: str, word: str, mark: Mark, *, known: bool) ->
         _no_action(body, f"no agent has an action '{word}'", word, mark, have)
     if spec is not None and spec.cuts:
         what = f"{word} stops the motors, also in the air: only a person orders it, never a task"
-        body.problems.add("E087", mark, what, "land with LandIn; a person has: formiga cut AGENT")
+        landing = action_that(comes_down, body.agents.get(role, ()), catalogue)
+        other = f"land with {landing}; a person has" if landing else "a person has"
+        body.problems.add("E087", mark, what, f"{other}: formiga cut AGENT")
         return None
     return spec
 

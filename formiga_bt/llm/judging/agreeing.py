@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Hashable, Sequence
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.llm.envelope import ModelAnswer
 from formiga_bt.llm.records import RehearsedFlight
 
@@ -36,7 +37,7 @@ def what_happened(flight: RehearsedFlight) -> Hashable:
         if end - one.start < SHORTEST_S * 1e6:
             continue
         pause = round((one.start - until.get(one.agent, one.start)) / 1e6 / PAUSE_S)
-        detail = one.detail if one.action != "Confirm" else ""  # questions are worded as one likes
+        detail = one.detail if one.action != CONFIRM else ""  # questions are worded as one likes
         rows.setdefault(one.agent, []).append((pause, one.action, detail))
         until[one.agent] = end
     return tuple(sorted((types.get(agent, ""), tuple(done)) for agent, done in rows.items()))

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.llm.judging.outcome import over_first
 from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.questions import AskedQuestion, Person, questions
@@ -35,7 +36,7 @@ def asked(words: Words, text: str, flight: RehearsedFlight, world: RequestWorld)
     people = {t.name for t in world.catalogue.types.values() if t.human}
     named = types_said(words, world.catalogue) & people
     by_id = {a for a in words.agents if world.catalogue.types[world.site.agents[a].type].human}
-    rows = [one for one in (flight.timeline.actions if flight.timeline else ()) if one.action == "Confirm" and one.path]
+    rows = [one for one in (flight.timeline.actions if flight.timeline else ()) if one.action == CONFIRM and one.path]
     if rows and not words.means("ask") and not named and not by_id and not _speaks_of_people(words.text):
         yield Shortfall("asked_unasked", "the task puts a question to people, and the request does not want that")
     for question in questions(words, world):

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.llm.judging.plain import is_refused
 from formiga_bt.llm.records import RehearsedFlight, Shortfall
 from formiga_bt.llm.words.landings import DELIVERS_TO, NO_LANDING
@@ -60,7 +61,7 @@ _BY_AIR: Final = re.compile(
     r"\b(?:drop\w*|lower\w*|winch\w*|releas\w*|rope|throw\w*|parachut\w*|hover\w*|solt\w+|suelt\w+|baj\w+|cuerda|lanz\w+|"
     r"paraca[ií]das|flot\w+)\b"
 )
-_FLIES: Final = frozenset({"TakeOff", "GoTo", "LandIn", "Explore", "Confirm", "MiniFinder"})
+_FLIES: Final = frozenset({"TakeOff", "GoTo", "LandIn", "Explore", CONFIRM, "MiniFinder"})
 """Actions that let nothing down from the air."""
 _AT_OTHER: Final = re.compile(r"[^,]{0,20}?\b(?:at|by|near|beside|where|next|behind|junto|cerca|donde)\b")
 

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.diagnostics import Diagnostic, UnknownName
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.lang.model import Site, Task
@@ -119,7 +120,7 @@ def _flight(
         landed={one: _landings(one, way, landings, spots, site) for one, way in ways.items()},
         stands={one: _stand(one, way, log, spots, site) for one, way in ways.items()},
         moved_unasked=tuple(sorted(moved - set(record.agents.granted))),
-        asked=tuple(dict.fromkeys(row.agent for row in log.rows_of([task_id]) if row.action == "Confirm" and row.path)),
+        asked=tuple(dict.fromkeys(row.agent for row in log.rows_of([task_id]) if row.action == CONFIRM and row.path)),
         crashes=len(rehearsal.referee.verdict(rehearsal.now).crashes),
         least_battery={one: round(log.least_battery[one], 1) for one in machines if one in log.least_battery},
         drawing=picture.drawing,

@@ -11,10 +11,10 @@ from typing import Final
 from agents_sim.machine import Machine
 from agents_sim.person import Person
 from agents_sim.world import SimAgent, SimFleet
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Scheduler, Timer, micros
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.rehearsal.cases.cases import AnswerRule, Case, GoalRule
-from formiga_bt.transport.agent_side import CONFIRM
 from formiga_bt.transport.messages import TERMINAL, GoalRequest
 
 CLEARANCE: Final = frozenset({"clear", "wait", "refuse"})

@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 
 from agents_sim.referee import Verdict
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.engine.kernel.changes import GoalPut, Granted, QuestionPut
 from formiga_bt.engine.kernel.inputs import EngineStep, NotifyPeople, SendGoal
@@ -18,7 +19,6 @@ from formiga_bt.rehearsal.cases.mocks import Mocks
 from formiga_bt.rehearsal.rehearsal import patience
 from formiga_bt.rehearsal.simulation import VirtualRun
 from formiga_bt.rehearsal.spending import RunSpending
-from formiga_bt.transport.agent_side import CONFIRM
 
 
 @dataclass(frozen=True, slots=True)

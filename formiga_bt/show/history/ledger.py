@@ -11,6 +11,7 @@ from typing import Any, Final, Literal
 
 from msgspec import Struct
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import ClearanceHold, in_words
@@ -316,7 +317,7 @@ class Ledger:
 
     def _row_ended(self, at: Micros, row: ActionRow, goal: GoalRecord) -> None:
         row.end = at
-        if goal.action == "Confirm" and goal.state == "succeeded":
+        if goal.action == CONFIRM and goal.state == "succeeded":
             row.state, row.code = "answered", str(goal.result.get("answer", ""))
         if goal.state == "succeeded" and "coverage" in goal.result:
             self._searched(at, row, goal)

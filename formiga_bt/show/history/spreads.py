@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.show.facts import Spread, Stats
@@ -71,7 +72,7 @@ def stats(ledger: Ledger, now: Micros, *, task: str = "", hours: float = 0.0) ->
         rows = story.rows if story is not None else ()
         for row in rows:
             if row.end is not None and row.end >= since:
-                _action(row, row.end, types, answers if row.action == "Confirm" else actions)
+                _action(row, row.end, types, answers if row.action == CONFIRM else actions)
         for span in _gaps(rows, since):
             gaps.took(record.name, span)
     return Stats(
@@ -92,7 +93,7 @@ def _task(record: TaskRecord, since: Micros, tasks: Samples, waits: Samples) -> 
 
 
 def _action(row: ActionRow, end: Micros, types: Mapping[str, str], into: Samples) -> None:
-    name, group = (row.agent, "") if row.action == "Confirm" else (row.action, types.get(row.agent, ""))
+    name, group = (row.agent, "") if row.action == CONFIRM else (row.action, types.get(row.agent, ""))
     if row.state in WELL:
         into.took(name, end - row.start, group)
     elif row.state not in TAKEN_BACK:
@@ -103,7 +104,7 @@ def _gaps(rows: Iterable[ActionRow], since: Micros) -> Iterator[Micros]:
     """Yield the time between the end of each action and the start of the next one of the same agent."""
     ended: dict[str, Micros] = {}
     for row in rows:
-        if row.action == "Confirm":
+        if row.action == CONFIRM:
             continue
         before = ended.get(row.agent)
         if before is not None and row.start >= max(before, since):

@@ -6,6 +6,7 @@ An `UrgencyIndex` is made once per look at the site, so that thousands of tasks 
 from collections.abc import Iterator
 from typing import Final, assert_never
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.causes import (
     ClearanceHold,
@@ -52,7 +53,7 @@ class UrgencyIndex:
                 self.agents.setdefault(agent.task, []).append(agent)
         self.goals: dict[str, list[GoalRecord]] = {}
         for goal in state.goals.values():
-            if not goal.ended and goal.action != "Confirm":
+            if not goal.ended and goal.action != CONFIRM:
                 self.goals.setdefault(goal.task, []).append(goal)
         self.requests: dict[str, AgentRequest] = {request.holder: request for request in state.requests.values()}
 

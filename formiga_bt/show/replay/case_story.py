@@ -9,6 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.engine.kernel import changes as ch
@@ -18,7 +19,6 @@ from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.writer import tasks_of
 from formiga_bt.show.replay.machine import TimeMachine
-from formiga_bt.transport.agent_side import CONFIRM
 
 TOKEN_US: Final[Micros] = 3 * SECOND
 """A presence token that vanished no later after the last status went with the process; later, the link was silent before."""

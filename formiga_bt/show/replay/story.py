@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.show.facts import ActionFact, Because, TaskFact, Waiting
 
@@ -39,7 +40,7 @@ def tale(source: "JournalSource", task_id: str) -> Tale:
     picture, timeline = source.task(task_id), source.timeline([task_id])
     events = [StoryEvent(at=one.at, text=one.text, severity=one.severity, agent=one.agent) for one in picture.lines]
     for action in timeline.actions:
-        if action.action != "Confirm":
+        if action.action != CONFIRM:
             events += _of_action(action)
     for wait in timeline.waits:
         if wait.kind in ("gate", "held"):

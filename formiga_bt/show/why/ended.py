@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.lang.places import static_path
 from formiga_bt.show.facts import ActionFact, Because
@@ -51,7 +52,7 @@ def _tried(scene: WhyScene, task: TaskRecord, key: str) -> Iterator[Because]:
     """Tell of the attempts of the step that failed, if there were several, and of who was asked."""
     path = static_path(key)
     found = [one for one in _of_this_run(scene, task) if one.path == path]
-    asked = bool(found) and found[0].action == "Confirm"
+    asked = bool(found) and found[0].action == CONFIRM
     if len(found) < 2 and not asked:
         return
     told = ", then ".join(_ended_as(one) for one in found[-TRIES:])
@@ -65,7 +66,7 @@ def _of_this_run(scene: WhyScene, task: TaskRecord) -> list[ActionFact]:
 
 
 def _ended_as(action: ActionFact) -> str:
-    if action.action == "Confirm":
+    if action.action == CONFIRM:
         return f"{action.agent} " + (f"said {action.code}" if action.state == "answered" else "did not answer")
     if not action.code or action.code == action.state:
         return f"{action.agent} {action.state}"
@@ -92,7 +93,7 @@ def _section(action: ActionFact) -> str:
 
 def _cleanup(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what was done after the steps, what went wrong in it, and what became of the machines."""
-    found = [one for one in _of_this_run(scene, task) if _section(one) in CLEANUP and one.action != "Confirm"]
+    found = [one for one in _of_this_run(scene, task) if _section(one) in CLEANUP and one.action != CONFIRM]
     if found and task.outcome.status != "SUCCEEDED":
         told = ", ".join(f"{one.agent}.{one.action}{STATES.get(one.state, ' ' + one.state)}" for one in found[-TRIES:])
         yield Because("cleanup", f"after that: {told}")

@@ -7,6 +7,7 @@ deeper than what it explains. What was met before is not told again: then they w
 from collections.abc import Iterator
 from typing import Final
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.engine.kernel.causes import kind_and_agent
 from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
 from formiga_bt.show.facts import Because
@@ -127,7 +128,7 @@ def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[
     if asked:
         yield from asked[:1]
         return
-    mine = [g for g in scene.state.goals.values() if g.task == task.id and g.action != "Confirm"]
+    mine = [g for g in scene.state.goals.values() if g.task == task.id and g.action != CONFIRM]
     mine = [g for g in mine if g.state == "gated" or g.in_flight]
     if mine:
         for goal in sorted(mine, key=lambda g: (g.in_flight, g.order))[:1]:

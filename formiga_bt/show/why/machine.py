@@ -5,6 +5,7 @@ Pure functions over a state; the counterpart of `why`, which explains tasks.
 
 from collections.abc import Iterator
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
@@ -29,7 +30,7 @@ def why_machine(scene: WhyScene, agent: AgentRecord) -> list[Because]:
         mine = [q for q in state.questions.values() if q.reply is None and agent.id in q.asked]
         lines += [question_line(scene, q, name_task=True) for q in sorted(mine, key=lambda q: q.order)]
     for goal in state.goals.values():
-        if goal.agent == agent.id and goal.action != "Confirm" and (goal.state == "gated" or goal.in_flight):
+        if goal.agent == agent.id and goal.action != CONFIRM and (goal.state == "gated" or goal.in_flight):
             lines += [goal_line(scene, goal), *deeper(behind_gate(scene, goal))]
     told = {line.text for line in lines if line.code == "question"}
     lines += [line for line in _task(scene, agent) if line.text not in told]

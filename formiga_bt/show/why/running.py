@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.engine.kernel.pace import throttled
 from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskTime
@@ -19,7 +20,7 @@ from formiga_bt.show.why.words import span
 def running(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell what a task does and waits for; what it waits for comes first."""
     state = scene.state
-    mine = [g for g in state.goals.values() if g.task == task.id and g.action != "Confirm"]
+    mine = [g for g in state.goals.values() if g.task == task.id and g.action != CONFIRM]
     yield from questions(scene, task)
     for goal in mine:
         if goal.state == "gated":

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.author.new import KINDS
+from formiga_bt.cli.author.new import StartKind
 from formiga_bt.lang.text.formatting import format_text
 from tests.golden import Wording
 
@@ -15,7 +15,7 @@ def somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", list(StartKind))
 def test_a_new_task_checks_without_a_warning_and_flies(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["new", "LookAround", "--kind", kind]) == 0
     said = capsys.readouterr().out

@@ -34,8 +34,8 @@ class Desk:
         self.wakes = 0
         self.transport = DeskTransport(now=lambda: self.time, boot_id="d1", on_change=self.change)
         self.transport.open(self.wake)
-        self.transport.add_person("anna", name="Anna")
-        self.transport.add_person("ben")
+        self.transport.add_person("anna", "person", name="Anna")
+        self.transport.add_person("ben", "person")
         self.transport.poll()
 
     def change(self) -> None:
@@ -77,7 +77,7 @@ def test_people_are_human_agents(wording: Wording) -> None:
     assert isinstance(status, StatusArrived)
     assert (status.status.id, status.status.status) == ("anna", "STANDBY")
     with pytest.raises(TransportError) as refused:
-        transport.add_person("anna")
+        transport.add_person("anna", "person")
     wording(refused.value)
 
 

@@ -3,7 +3,7 @@
 E030, E031, E033 and W032. `flying` builds on this, and moves a sky through steps made of steps.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from msgspec.structs import replace
 
@@ -28,6 +28,7 @@ from formiga_bt.lang.model import (
     Release,
     Role,
 )
+from formiga_bt.lang.naming import action_that, takes_off
 from formiga_bt.lang.text.reading import Problems
 
 
@@ -41,14 +42,15 @@ class Doing:
     """
 
     def __init__(self, catalogue: Catalogue, problems: Problems, roles: Mapping[str, tuple[str, ...]]) -> None:
+        self.catalogue = catalogue
         self.actions = catalogue.actions
         self.types = catalogue.types
         self.problems = problems
         self.roles = roles
         self.broken: set[tuple[str, int]] = set()
         """Subtrees with problems of their own: their callers are not told again."""
-        self.has_return_home = False
-        """The task sees a subtree ReturnHome: what a help tells."""
+        self.seen: Collection[str] = ()
+        """Subtrees that the task sees: what a help tells."""
         self.told: set[Mark] = set()
         """Roles of blocks of which the end was reported."""
         self.reported: set[str] = set()
@@ -87,10 +89,18 @@ class Doing:
             return
         path = f" ({why.path})" if why.path else ""
         what = f"'{role.name}' can still be airborne {when}{path}"
-        each = f"{role.name}" if not role.is_list else "drone} for each drone of ${" + role.name
-        how = "bring it home:" if self.has_return_home else "import lib/flying.yaml and"
-        help_ = f"land it, or {how} call: ReturnHome with drone: ${{{each}}}"
-        self.problems.add("E031", why.mark, what, help_, about=LeftAirborne(role.name))
+        self.problems.add("E031", why.mark, what, self._how_home(role), about=LeftAirborne(role.name))
+
+    def _how_home(self, role: Role) -> str:
+        """Return how a task brings machines of a role home: by what the first type with a way home calls its own."""
+        kind = next((self.types[one] for one in role.types if one in self.types and self.types[one].recover), None)
+        if kind is None or kind.recover is None:
+            return "land it"
+        file, _, _ = kind.recover_ref.partition("#")
+        how = "bring it home:" if kind.recover.name in self.seen else f"import {file} and"
+        param = next(iter(kind.recover.params))
+        each = role.name if not role.is_list else f"{param}}} for each {param} of ${{{role.name}"
+        return f"land it, or {how} call: {kind.recover.name} with {param}: ${{{each}}}"
 
     def check_recover(self, role: Role, failure: Sky | None) -> None:
         """Report W032 if a failure may leave a machine of a role in the air whose type has no way home."""
@@ -169,7 +179,8 @@ class Doing:
         if here.call is not None and step.mark != here.first:
             action = f"{spec.name} in {here.called} ({line_of(step.mark, here)})"
         what = f"{action} needs '{role}' {want}, but {is_} here{path}"
-        hint = f"do: {role}.TakeOff first" if want == "airborne" else f"land it first, or add when: not {role}.airborne"
+        up = action_that(takes_off, self._types_of(step.who.name, here), self.catalogue) or "AN_ACTION"
+        hint = f"do: {role}.{up} first" if want == "airborne" else f"land it first, or add when: not {role}.airborne"
         if "unknown" in states and other not in states:
             hint = f"add when: {'' if want == 'airborne' else 'not '}{role}.airborne"
         self.reported |= {role.partition("[")[0], *self.owners.get(role, ())}

@@ -43,7 +43,12 @@ def _check(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems, of
         if kind == "across" and how == "somewhere":
             what = f"'{who}' climbs to its layer on the way across"
             to = f"${{at_height(ground({who}.position), {who}.transit_height)}}"
-            problems.add("W094", step.fields[spec.moves_to].mark, what, f"before it: {who}.GoTo with to: {to}")
+            problems.add(
+                "W094",
+                step.fields[spec.moves_to].mark,
+                what,
+                f"before it: {who}.{spec.name} with {spec.moves_to}: {to}",
+            )
         if kind == "elsewhere" and how == "climb" and before is not None and not spec.lands:
             what = f"'{who}' went to its layer ({before.mark.said}), but does not cross in it"
             help_ = f"first across: at_height(..., {who}.transit_height)"

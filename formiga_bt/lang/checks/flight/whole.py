@@ -67,7 +67,7 @@ class _Flight(Interpreter):
         self.assumed = assumed
         self.splits = splits
         self.task = task
-        self.has_return_home = "ReturnHome" in task.subtrees
+        self.seen = task.subtrees
         self.file = task.mark.file
         self.sure: list[Diagnostic] = []
         """What is wrong in `finally` on every path on which the steps succeed."""
