@@ -140,6 +140,8 @@ class _Importer:
             text = main.get("_description" if key == "description" else f"_formiga_{key}")
             if text:
                 task[key] = unfold(text)
+        if main.get("_formiga_records"):
+            task["records"] = unfold(main.get("_formiga_records"))
         self.ordered |= reader.ordered
         if reader.needs_robot:
             parts.roles["robot"] = self._robot()
@@ -330,6 +332,8 @@ def _reads(tree: XmlElement, key: str) -> bool:
 def _param_of(port: XmlElement) -> dict[str, Any]:
     kept = unfold(port.get("_formiga"))
     if isinstance(kept, dict) and isinstance(kept.get("type"), str | dict):
+        if isinstance(kept.get("default"), str) and kept["type"] != "text":
+            kept["default"] = unfold(kept["default"])  # a list or mapping is kept as it was written
         return kept
     return {TODO: [f"give it a type (the file says: {one_line(port.get('type')) or 'nothing'})"], "type": "any"}
 

@@ -133,6 +133,11 @@ class _Exporter:
             plain[name] = writer.texts.value(expr) if expr is not None else ""
         if task.envelope:
             plain["envelope"] = self._envelope_text()
+        if task.records:
+            fields = {
+                n: {f: _field_value(t, task.records) for f, t in of.fields.items()} for n, of in task.records.items()
+            }
+            plain["records"] = flow(fields)
         for name, text in plain.items():
             if text:
                 found[f"_formiga_{name}"] = text
@@ -173,7 +178,7 @@ class _Exporter:
             attrs = {"name": port_name(param.name), "type": param.type.name}
             if param.default is not None:
                 attrs["default"] = writer.texts.number_port(param.default, ScriptNames())
-            attrs["_formiga"] = flow(_param(param, writer))
+            attrs["_formiga"] = flow(_param(param, writer, self.task.records))
             node.children.append(XmlElement("input_port", attrs, text=one_line(param.help or param.label)))
         if returns is not None:
             attrs = {"name": "returns", "type": returns.type.name}
@@ -209,15 +214,24 @@ def _type_of(port: str, direction: str, spec: model.ActionSpec) -> str:
     return spec.fields[port].type.name if port in spec.fields else "any"
 
 
-def _type_value(type_: Type) -> Any:
+def _type_value(type_: Type, records: Mapping[str, Type]) -> Any:
+    """Return a type as a task file has it."""
     if type_.name == "list" and type_.item is not None:
-        return {"list": _type_value(type_.item)}
+        return {"list": _type_value(type_.item, records)}
+    if type_.name == "record":
+        return next((name for name, of in records.items() if of == type_), "any")
     return type_.name
 
 
-def _param(param: Param, writer: StepWriter) -> dict[str, Any]:
+def _field_value(type_: Type, records: Mapping[str, Type]) -> Any:
+    """Return the type of a record's field as a task file has it."""
+    of = _type_value(type_, records)
+    return {"type": of, "values": list(type_.values)} if type_.values else of
+
+
+def _param(param: Param, writer: StepWriter, records: Mapping[str, Type]) -> dict[str, Any]:
     """Return the long form of a param, as a task file has it."""
-    value: dict[str, Any] = {"type": _type_value(param.type)}
+    value: dict[str, Any] = {"type": _type_value(param.type, records)}
     if param.type.values:
         value["values"] = list(param.type.values)
     if param.type.of:

@@ -319,9 +319,10 @@ def _named(view: PositionView, option: Option | None) -> Iterator[Item]:
             for known in view.site.resources.values():
                 yield Item(known.name, known.name, start, end, "value", f"{known.capacity} of it")
         case "list":
-            yield from _words(view, SIMPLE, "value", "type of the items")
-        case "type" if view.slot.section in ("params", "subtrees", "actions"):
+            yield from _words(view, (*SIMPLE, *view.record_names()), "value", "type of the items")
+        case "type" if view.slot.section in ("params", "subtrees", "actions", "records", "vars"):
             yield from _words(view, (*SIMPLE, "enum"), "value", "type")
+            yield from _words(view, view.record_names(), "value", "record")
         case "type" | "any_of" | "of" | "extends":
             for one in view.catalogue.types.values():
                 yield Item(one.name, one.name, start, end, "value", one.label or "agent type")

@@ -13,7 +13,19 @@ from typing import Final, Literal
 from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION, FIELD
 from formiga_bt.lang.catalogue import FILE, TYPE
-from formiga_bt.lang.kinds import FORM, KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Option, StepKind
+from formiga_bt.lang.kinds import (
+    FORM,
+    KINDS,
+    LIBRARY,
+    MODIFIERS,
+    PARAM,
+    RECORD_FIELD,
+    ROLE,
+    SUBTREE,
+    TASK,
+    Option,
+    StepKind,
+)
 from formiga_bt.lang.rules.keys import RULE, RULES_FILE
 from formiga_bt.lang.scenario import options as scenario
 from formiga_bt.rehearsal.cases import options as tests
@@ -85,12 +97,16 @@ _LIST_TYPE: Final = OptionMapping("list type", (Option("list", "name", "The type
 """What may stand in place of a type's name: `{list: place}`."""
 
 _RULES: Final = FreeMapping("rules", OptionMapping("rule", RULE))
+_RECORDS: Final = FreeMapping("records", FreeMapping("record", OptionMapping("record field", RECORD_FIELD)))
 _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
     {
         ("task", "params"): _PARAMS,
         ("task", "vars"): _VARS,
         ("task", "agents"): _ROLES,
         ("task", "subtrees"): _SUBTREES,
+        ("task", "records"): _RECORDS,
+        ("library", "records"): _RECORDS,
+        ("catalogue", "records"): _RECORDS,
         ("library", "subtrees"): _SUBTREES,
         ("subtree", "params"): _PARAMS,
         ("catalogue", "types"): FreeMapping("types", OptionMapping("type", TYPE)),

@@ -10,10 +10,9 @@ from collections.abc import Iterable
 from typing import Any, Final
 
 from formiga_bt.base.asking import CONFIRM
-from formiga_bt.lang.json_form.words import NAMED, POINTS, VALUED, field_key
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, TASK, Option
+from formiga_bt.lang.json_form.words import NAMED, POINTS, RECORDS, VALUED, field_key
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, RECORD_FIELD, TASK, Option
 from formiga_bt.lang.model import ActionSpec, Catalogue
-from formiga_bt.lang.params import SIMPLE
 
 Schema = dict[str, Any]
 
@@ -68,6 +67,8 @@ class _Maker:
         name, form = option.name, option.form
         if form == "map" and name in NAMED:
             return _array(self._named(name))
+        if form == "map" and name == RECORDS:
+            return _array(_closed({"name": _STRING, "fields": _array(self.object(RECORD_FIELD, {"name": _STRING}))}))
         if form == "map" and name in VALUED:
             return _array(_closed({"name": _STRING, "value": {"$ref": "#/$defs/value"}}))
         if form == "map":
@@ -93,8 +94,7 @@ class _Maker:
     def _named(self, name: str) -> Schema:
         schema = self.object(NAMED[name], {"name": _STRING})
         if name == "params":
-            listed = _closed({"list": {"enum": list(SIMPLE)}})
-            schema["properties"]["type"] = {"anyOf": [{"enum": [*SIMPLE, "enum"]}, listed]}
+            schema["properties"]["type"] = {"anyOf": [_STRING, _closed({"list": _STRING})]}
         elif name in ("agents", "with_agents"):
             schema["properties"]["type"] = {"enum": list(self._catalogue.types)}
         return schema
@@ -117,6 +117,7 @@ class _Maker:
                 _closed({"lit": plain}),
                 _closed({"text": _STRING}),
                 _closed({"list": _array({"$ref": "#/$defs/value"})}),
+                _closed({"record": _array(_closed({"name": _STRING, "value": {"$ref": "#/$defs/value"}}))}),
             ]
         }
 

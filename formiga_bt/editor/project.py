@@ -19,11 +19,13 @@ from formiga_bt.editor.seen import Seen
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.files import importable
 from formiga_bt.lang.model import Catalogue, Param, Site
+from formiga_bt.lang.own_records import read_records
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site, load_site_text
 from formiga_bt.lang.site.catalogues import catalogue_file, catalogue_files
 from formiga_bt.lang.site.libraries import library_folders
+from formiga_bt.lang.steps.requests import task_params
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.world import World
@@ -200,8 +202,7 @@ class Project:
         """Return a task that a file may request; None if there is none of that name."""
         neighbours = self._neighbours(document)
         mark = neighbours.mark(name)
-        world = World(self.catalogue(document.path), None)
-        params = neighbours.params(name, lambda node: read_params(node, world, Problems()))
+        params = task_params(neighbours, name, World(self.catalogue(document.path), None))
         if mark is None or params is None:
             return None
         return Signature(name, params, Path(neighbours.path(name)), mark, True)
@@ -244,7 +245,10 @@ class Project:
         return known[1]
 
     def _signatures(self, index: FileIndex, path: Path, *, imported: bool) -> dict[str, Signature]:
-        world = World(self.catalogue(path), None)
+        catalogue = self.catalogue(path)
+        own = index.root.get("records") if isinstance(index.root, Mapping_) else None
+        records = read_records(own.value, Problems(), catalogue.records) if own is not None else catalogue.records
+        world = World(catalogue, None, records=records)
         found = {}
         for name, entry in index.subtrees().items():
             params = entry.value.get("params") if isinstance(entry.value, Mapping_) else None

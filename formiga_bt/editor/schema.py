@@ -38,6 +38,7 @@ Schema = dict[str, Any]
 
 _ANY: Final[Schema] = {}
 _TEXT: Final[Schema] = {"type": ["string", "number", "boolean"]}
+_NAME: Final = "^[A-Za-z][A-Za-z0-9_]*$"
 _HOLE: Final = r"\$\{"
 
 
@@ -133,6 +134,7 @@ class _Maker:
             "agents": _map({"$ref": "#/definitions/role"}),
             "with_agents": _map({"$ref": "#/definitions/role"}),
             "subtrees": _map({"$ref": "#/definitions/subtree"}),
+            "records": _map(_map({"anyOf": [{"type": "string"}, {"type": "object"}]})),
             "form": _map({"anyOf": [{"type": "string"}, {"$ref": "#/definitions/form_field"}]}),
             "cases": _map({"$ref": "#/definitions/steps"}),
         }
@@ -264,11 +266,11 @@ class _Maker:
     def _param(self) -> Schema:
         types = [*SIMPLE, "enum"]
         listed = {"type": "object", "additionalProperties": False, "required": ["list"], "properties": {"list": {}}}
-        short = {"type": "string", "enum": list(SIMPLE)}
+        short = {"type": "string", "pattern": _NAME, "examples": list(SIMPLE)}
         long = self._object(PARAM)
         long["properties"]["type"] = {
             "description": "The type.",
-            "anyOf": [{"type": "string", "enum": types}, listed],
+            "anyOf": [{"type": "string", "pattern": _NAME, "examples": types}, listed],
         }
         return {"anyOf": [short, listed, long]}
 

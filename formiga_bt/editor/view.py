@@ -25,6 +25,7 @@ from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import ActionSpec, Catalogue, Param, Site
 from formiga_bt.lang.params import SIMPLE
+from formiga_bt.lang.text.document import Mapping_
 from formiga_bt.lang.types import ANY, INT, TEXT, Type
 
 
@@ -51,6 +52,15 @@ class PositionView:
     def subtrees(self) -> Mapping[str, Signature]:
         """Return the subtrees that may be called."""
         return self.project.subtrees(self.document)
+
+    def record_names(self) -> list[str]:
+        """Return the records that the file declares, and those of the catalogue."""
+        root = self.document.last_known().root
+        own = root.get("records") if isinstance(root, Mapping_) else None
+        names = (
+            [one.key.text for one in own.value.entries] if own is not None and isinstance(own.value, Mapping_) else []
+        )
+        return [*names, *self.catalogue.records]
 
     @cached_property
     def scope(self) -> Scope:

@@ -1,5 +1,6 @@
 """Actions of a catalogue: what a goal and its result hold, what they need and change."""
 
+from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from formiga_bt.base.clock import micros
@@ -8,7 +9,7 @@ from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import PARAM, Option
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
-from formiga_bt.lang.params import check_bounds, read_type
+from formiga_bt.lang.params import NO_RECORDS, check_bounds, read_type
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,
@@ -49,14 +50,14 @@ def read_optional_mapping(node: Node, problems: Problems, what: str) -> Mapping_
     return Mapping_((), node.mark) if is_empty(node) else read_mapping(node, problems, what)
 
 
-def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
+def read_action(entry: Entry, problems: Problems, records: Mapping[str, Type] = NO_RECORDS) -> ActionSpec | None:
     """Return the action that one entry of `actions:` defines; None (reported) if it is no mapping."""
     name = entry.key.text
     mapping = read_optional_mapping(entry.value, problems, name)
     if mapping is None:
         return None
     keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
-    fields = read_fields(keys["fields"].value, problems) if "fields" in keys else {}
+    fields = read_fields(keys["fields"].value, problems, records=records) if "fields" in keys else {}
     requires = keys.word("requires")
     moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
     flags: dict[str, Any] = {
@@ -66,7 +67,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         f"{key}_us": micros(keys.number(key)) for key in ("typical", "accept_timeout", "cancel_grace") if key in keys
     }
     number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
-    gives = read_fields(keys["result"].value, problems, "result") if "result" in keys else {}
+    gives = read_fields(keys["result"].value, problems, "result", records=records) if "result" in keys else {}
     return ActionSpec(
         name,
         entry.key.mark,
@@ -84,14 +85,18 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
 
 
 def read_fields(
-    node: Node, problems: Problems, what: str = "fields", options: tuple[Option, ...] = FIELD
+    node: Node,
+    problems: Problems,
+    what: str = "fields",
+    options: tuple[Option, ...] = FIELD,
+    records: Mapping[str, Type] = NO_RECORDS,
 ) -> dict[str, FieldSpec]:
     """Return the fields of a mapping, by name; `options` are the keys that one may have."""
     mapping = read_optional_mapping(node, problems, what)
     found: dict[str, FieldSpec] = {}
     for entry in mapping.entries if mapping is not None else ():
         if read_name(entry.key, problems, what) is not None:
-            found[entry.key.text] = _field(entry, problems, options)
+            found[entry.key.text] = _field(entry, problems, options, records)
             if what != "fields":
                 check_readable(entry.key, problems)
     return found
@@ -104,12 +109,14 @@ def check_readable(at: Scalar, problems: Problems) -> None:
         problems.add("E018", at.mark, what, f"call it {at.text}_")
 
 
-def _field(entry: Entry, problems: Problems, options: tuple[Option, ...] = FIELD) -> FieldSpec:
+def _field(
+    entry: Entry, problems: Problems, options: tuple[Option, ...] = FIELD, records: Mapping[str, Type] = NO_RECORDS
+) -> FieldSpec:
     name, node = entry.key.text, entry.value
     if not isinstance(node, Mapping_) or node.get("list") is not None:
-        return FieldSpec(name, read_type(node, problems))
+        return FieldSpec(name, read_type(node, problems, records))
     keys = read_keys(node, options, problems, f"field '{name}'")
-    of = read_type(keys["type"].value, problems) if "type" in keys else ANY
+    of = read_type(keys["type"].value, problems, records) if "type" in keys else ANY
     if "values" in keys:
         of = Type("enum", values=tuple(keys.words("values")))
     default, least, most = (_value(keys, key, of, problems) for key in ("default", "min", "max"))
@@ -135,12 +142,14 @@ def _value(keys: dict[str, Entry], key: str, of: Type, problems: Problems) -> Ex
     return expr
 
 
-def read_results(node: Node, problems: Problems, what: str = "result") -> dict[str, Type]:
+def read_results(
+    node: Node, problems: Problems, what: str = "result", records: Mapping[str, Type] = NO_RECORDS
+) -> dict[str, Type]:
     """Return the types of the fields of a result, or of an event."""
     mapping = read_optional_mapping(node, problems, what)
     found: dict[str, Type] = {}
     for entry in mapping.entries if mapping is not None else ():
-        found[entry.key.text] = _field(entry, problems).type
+        found[entry.key.text] = _field(entry, problems, FIELD, records).type
         check_readable(entry.key, problems)
     return found
 

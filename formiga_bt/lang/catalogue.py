@@ -23,6 +23,7 @@ from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.mobility import EVERY_REST, check_mobility
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
+from formiga_bt.lang.own_records import read_records
 from formiga_bt.lang.site.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.text.document import Entry, Node, Scalar, parse_file
@@ -48,6 +49,7 @@ from formiga_bt.lang.world import World
 FILE: Final = (
     Option("types", "map", "Agent types by name."),
     Option("actions", "map", "Actions by name."),
+    Option("records", "map", "Records by name: types of fields and results, in tasks too."),
 )
 
 TYPE: Final = (
@@ -132,6 +134,7 @@ class _CatalogueReader:
         self._texts: list[str] = []
         self._types: dict[str, Entry] = {}
         self._actions: dict[str, Entry] = {}
+        self._records: dict[str, Type] = {}
         self._given: dict[str, Keys] = {}
 
     def read_file(self, path: Path) -> None:
@@ -150,6 +153,8 @@ class _CatalogueReader:
         if root is None:
             return
         keys = read_keys(root, FILE, self.problems, "a catalogue")
+        if "records" in keys:
+            self._records.update(read_records(keys["records"].value, self.problems, self._records))
         for key, into in (("types", self._types), ("actions", self._actions)):
             mapping = read_mapping(keys[key].value, self.problems, key) if key in keys else None
             for entry in mapping.entries if mapping is not None else ():
@@ -170,14 +175,14 @@ class _CatalogueReader:
         actions = {
             name: action
             for name, entry in self._actions.items()
-            if (action := read_action(entry, self.problems)) is not None
+            if (action := read_action(entry, self.problems, self._records)) is not None
         }
         for name, entry in self._types.items():
             mapping = read_optional_mapping(entry.value, self.problems, name)
             if mapping is not None:
                 self._given[name] = read_keys(mapping, TYPE, self.problems, f"type '{name}'")
         types = {name: self._type(name, actions) for name in self._given}
-        catalogue = Catalogue(types, actions, self._digest(""))
+        catalogue = Catalogue(types, actions, self._digest(""), records=self._records)
         ways = self._ways(catalogue)
         types = {
             name: replace(
@@ -189,7 +194,7 @@ class _CatalogueReader:
             for name, one in types.items()
         }
         digest = self._digest("".join(self.shelf.sources[file] for file in self.shelf.units))
-        return Catalogue(types, actions, digest, self.shelf.own)
+        return Catalogue(types, actions, digest, self.shelf.own, self._records)
 
     def _digest(self, more: str) -> str:
         digest = hashlib.sha256()
@@ -246,7 +251,7 @@ class _CatalogueReader:
             own = self._known_actions(keys["actions"].value, actions, problems)
             new["actions"] = tuple(dict.fromkeys((*base.actions, *own)))
         if "events" in keys:
-            new["events"] = {**base.events, **_events(keys["events"].value, problems)}
+            new["events"] = {**base.events, **_events(keys["events"].value, problems, self._records)}
         if "fields" in keys:
             new["fields"] = {**base.fields, **_fields(keys["fields"].value, problems)}
         if "rest" in keys:
@@ -357,14 +362,14 @@ def _fields(node: Node, problems: Problems) -> dict[str, Type]:
     return found
 
 
-def _events(node: Node, problems: Problems) -> dict[str, Mapping[str, Type]]:
+def _events(node: Node, problems: Problems, records: Mapping[str, Type]) -> dict[str, Mapping[str, Type]]:
     """Return what a type tells of itself: events and the types of their fields."""
     mapping = read_mapping(node, problems, "events")
     found: dict[str, Mapping[str, Type]] = {}
     for entry in mapping.entries if mapping is not None else ():
         name = read_name(entry.key, problems, "events")
         if name is not None:
-            found[name.text] = read_results(entry.value, problems, name.text)
+            found[name.text] = read_results(entry.value, problems, name.text, records)
             if "at" in found[name.text]:
                 problems.add("E018", entry.value.mark, "'at' is when an event came; call the field something else")
     return found

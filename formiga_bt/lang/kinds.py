@@ -265,6 +265,11 @@ VAR: Final[tuple[Option, ...]] = (
     Option("values", "words", "Of an enum: what it may be."),
 )
 
+RECORD_FIELD: Final[tuple[Option, ...]] = (
+    Option("type", "name", "The type.", required=True),
+    Option("values", "words", "Of an enum: what it may be."),
+)
+
 COUNT: Final[tuple[Option, ...]] = (
     Option("min", "value", "The fewest that will do (1).", type="int"),
     Option("max", "value", "The most that are taken, if so many are free.", type="int"),
@@ -318,6 +323,7 @@ TASK: Final[tuple[Option, ...]] = (
     Option("version", "text", "The version of this task."),
     Option("description", "text", "What it is for."),
     Option("imports", "words", "Library files."),
+    Option("records", "map", "Records of its own: name -> {field: type}; types like any other."),
     Option("priority", "word", "Its class in the queue (medium).", values=("low", "medium", "high")),
     Option("params", "map", "Its parameters."),
     Option("vars", "map", "Named values, computed at admission."),
@@ -338,6 +344,7 @@ TASK: Final[tuple[Option, ...]] = (
 LIBRARY: Final[tuple[Option, ...]] = (
     Option("formiga", "value", "The language version.", type="int", required=True),
     Option("imports", "words", "Library files."),
+    Option("records", "map", "Records of its own: name -> {field: type}; whoever imports it has them too."),
     Option("subtrees", "map", "The subtrees.", required=True),
 )
 

@@ -145,6 +145,7 @@ def load_library_text(
     world = World(catalogue, site, watch, Neighbours(folder_, shelf.library, read, own=shelf.own))
     subtrees = Subtrees(world, problems)
     for one in shelf.units.values():
+        subtrees.world_of(one)
         subtrees.read_all(one)
     for at, imported in unit.imports:
         if imported.file not in unit.called:
@@ -170,12 +171,12 @@ class _TaskReader:
     """Reads the keys of one task file into a `Task`."""
 
     def __init__(self, world: World, problems: Problems, shelf: Shelf, unit: Unit) -> None:
-        self.world = world
         self.problems = problems
         self.shelf = shelf
         self.unit = unit
         self.subtrees = Subtrees(world, problems)
-        self.body = Body(world, problems, lambda at: self.subtrees.resolve(unit, at))
+        self.world = self.subtrees.world_of(unit)
+        self.body = Body(self.world, problems, lambda at: self.subtrees.resolve(unit, at))
 
     def read(self) -> Task | None:
         """Return the task, or None if it has no readable name."""
@@ -310,6 +311,7 @@ class _TaskReader:
             **self._options(),
             **parts,
             roles=roles,
+            records=self.world.records,
             subtrees=self._visible_subtrees(),
             bundle=bundle_hash(self.shelf.sources, self.unit.file, self.world.catalogue),
             files=tuple(self.shelf.sources),

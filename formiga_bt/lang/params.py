@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 from msgspec.structs import replace
@@ -38,6 +39,7 @@ SIMPLE: Final = (
     "position", "region", "agent", "any",
 )  # fmt: skip
 """Types that are one word."""
+NO_RECORDS: Final[Mapping[str, Type]] = MappingProxyType({})
 
 
 def descendants(name: str, types: Mapping[str, AgentType]) -> tuple[str, ...]:
@@ -58,10 +60,10 @@ def read_agent_types(names: Sequence[Scalar], types: Mapping[str, AgentType], pr
     return tuple(found)
 
 
-def read_type(node: Node, problems: Problems) -> Type:
-    """Return the type written as `distance` or `{list: place}`; ANY (reported) if it is none."""
+def read_type(node: Node, problems: Problems, records: Mapping[str, Type] = NO_RECORDS) -> Type:
+    """Return the type written as `distance`, `{list: place}` or the name of a record; ANY (reported) if it is none."""
     if isinstance(node, Mapping_) and len(node.entries) == 1 and node.entries[0].key.text == "list":
-        return list_of(read_type(node.entries[0].value, problems))
+        return list_of(read_type(node.entries[0].value, problems, records))
     at = read_text(node, problems, "type")
     if at is None:
         return ANY
@@ -69,7 +71,9 @@ def read_type(node: Node, problems: Problems) -> Type:
         return Type(at.text)
     if at.text == "enum":
         return Type("enum")
-    known = (*SIMPLE, "enum")
+    if at.text in records:
+        return records[at.text]
+    known = (*SIMPLE, "enum", *records)
     meant = surely(at.text, known)
     help_ = "write {list: place} for a list of places" if at.text == "list" else f"types: {quoted_list(known)}"
     problems.add(
@@ -98,7 +102,7 @@ def _read_param(entry: Entry, world: World, problems: Problems) -> Param:
     name, node = entry.key.text, entry.value
     long_form = isinstance(node, Mapping_) and node.get("list") is None
     if not long_form or not isinstance(node, Mapping_):
-        return Param(name, _whole(read_type(node, problems), node.mark, problems), entry.key.mark)
+        return Param(name, _whole(read_type(node, problems, world.records), node.mark, problems), entry.key.mark)
     keys = read_keys(node, PARAM, problems, f"param '{name}'")
     of = read_details(keys, node, world, problems)
     optional = keys.flag("optional")
@@ -123,7 +127,7 @@ def read_details(keys: dict[str, Entry], node: Mapping_, world: World, problems:
     """Return the type written as `type` with its `of` or `values`; ANY (reported) if it is none."""
     if "type" not in keys:
         return ANY
-    of = read_type(keys["type"].value, problems)
+    of = read_type(keys["type"].value, problems, world.records)
     if "of" in keys:
         names = read_words(keys["of"].value, problems, "of")
         types = read_agent_types(names, world.catalogue.types, problems)

@@ -1,11 +1,14 @@
 """Subtrees: found by name as seen from a file, read once, with what they need of the agents that are passed to them."""
 
+from msgspec.structs import replace
+
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.files import Unit
 from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import SUBTREE
 from formiga_bt.lang.model import Subtree
+from formiga_bt.lang.own_records import records_of
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.steps.step import read_steps
 from formiga_bt.lang.text.document import Entry, Scalar
@@ -27,12 +30,20 @@ class Subtrees:
         self.words: set[str] = set()
         """Used in the bodies of subtrees, also in steps with errors."""
         self._done: dict[tuple[str, str], Callee | None] = {}
+        self._worlds: dict[str, World] = {}
         self._open: list[tuple[str, str]] = []
 
     def read_all(self, unit: Unit) -> None:
         """Read every subtree that a file defines, called or not."""
         for name in unit.own:
             self._get(unit, name)
+
+    def world_of(self, unit: Unit) -> World:
+        """Return the world as a file sees it: with the records that it declares or imports."""
+        if unit.file not in self._worlds:
+            records = records_of(unit, self.world.catalogue, self.problems)
+            self._worlds[unit.file] = replace(self.world, records=records) if records else self.world
+        return self._worlds[unit.file]
 
     def read_one(self, unit: Unit, name: str) -> Callee | None:
         """Return a subtree that a file defines, with what it calls; None if there is none of that name."""
@@ -77,8 +88,9 @@ class Subtrees:
         if mapping is None:
             return None
         keys = read_keys(mapping, SUBTREE, self.problems, f"subtree '{entry.key.text}'")
-        params = read_params(keys["params"].value, self.world, self.problems) if "params" in keys else {}
-        body = Body(self.world, self.problems, lambda at: self.resolve(unit, at))
+        world = self.world_of(unit)
+        params = read_params(keys["params"].value, world, self.problems) if "params" in keys else {}
+        body = Body(world, self.problems, lambda at: self.resolve(unit, at))
         for param in params.values():
             body.define(
                 param.name, NamedValue(param.type, param.mark, "param"), param.optional and param.default is None

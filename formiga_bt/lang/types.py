@@ -10,7 +10,7 @@
 | place, position, region | `geo.Place`, `geo.Position`, `geo.Region` |
 | agent | `AgentRef` |
 | list | tuple |
-| record | dict with text keys (results of actions, answers, `error`, `task`, `abort`, `result`) |
+| record | dict with text keys (results of actions, answers, `error`, `task`, `abort`, `result`, records of a file) |
 """
 
 from collections.abc import Mapping
@@ -70,6 +70,8 @@ class Type(Struct, frozen=True, eq=False):
             return f"list of {self.item}"
         if self.name == "enum":
             return "one of " + ", ".join(self.values)
+        if self.name == "record" and self.fields:
+            return "record of " + ", ".join(self.fields)
         if self.name == "agent" and self.of:
             return " or ".join(self.of) + " agent"
         return self.name
@@ -98,6 +100,15 @@ def enum_of(*values: str) -> Type:
 def record_of(**fields: Type) -> Type:
     """Return the type of a record with these fields."""
     return Type("record", fields=fields)
+
+
+def spelled(type_: Type) -> str:
+    """Return a type with the types of a record's fields, as two versions of a file are compared."""
+    if type_.name == "list" and type_.item is not None:
+        return f"list of {spelled(type_.item)}"
+    if type_.name == "record":
+        return "record of " + ", ".join(f"{name} ({spelled(of)})" for name, of in type_.fields.items())
+    return str(type_)
 
 
 def agent_type(type_: Type) -> Type:

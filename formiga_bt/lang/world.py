@@ -37,6 +37,8 @@ class World(Struct, frozen=True):
     """Told what is visible at the start of each step, and behind the last one of a list (an editor listens)."""
     others: Neighbours | None = None
     """The tasks that may be requested."""
+    records: Mapping[str, Type] = field(default_factory=dict)
+    """The records that are types in the file that is read."""
 
 
 def agent_types_of(params: Mapping[str, Param]) -> dict[str, tuple[str, ...]]:

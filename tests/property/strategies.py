@@ -120,7 +120,7 @@ class Writer:
         conds += ["len(fleet('cart')) == 3", "first(fleet('cart')).airborne"]
         conds += [f"{name} < 2" for name in self.rounds]
         if not self.inside:
-            conds += ["is_set(kept)", "is_set(kept) and kept < 2"]
+            conds += ["is_set(kept)", "is_set(kept) and kept < 2", "is_set(best) and best.n < 2 and best.ok"]
         if self.errors:
             conds += ["error.code == 'timeout'", "error.code != 'check'"]
         if self.carries:
@@ -299,9 +299,9 @@ class Writer:
 
     def _set(self, depth: int) -> dict[str, Any]:
         kept = {"kept": self.pick("${n}", None)}
-        return {
-            "set": self.pick({"n": "${n + 1}"}, {"n": "${n + 1}", "flag": "${n > 0}"}, {"flag": "${not flag}"}, kept)
-        }
+        best = {"best": self.pick({"n": "${n}", "ok": "${flag}"}, {"n": 1, "ok": "true"}, None)}
+        both = {"n": "${n + 1}", "flag": "${n > 0}"}
+        return {"set": self.pick({"n": "${n + 1}"}, both, {"flag": "${not flag}"}, kept, best)}
 
     def _notify(self, depth: int) -> dict[str, Any]:
         return {"notify": "Here is ${n}", "severity": self.pick("info", "warning")}
@@ -556,7 +556,8 @@ def task_text(dice: Random, name: str = "Random") -> str:
     task: dict[str, Any] = {
         "formiga": 1,
         "task": name,
-        "vars": {"n": "${0}", "flag": "${1 > 2}", "kept": {"type": "int"}},
+        "records": {"pair": {"n": "int", "ok": "bool"}},
+        "vars": {"n": "${0}", "flag": "${1 > 2}", "kept": {"type": "int"}, "best": {"type": "pair"}},
         "params": {
             "t5": {"type": "time", "default": "1970-01-12T13:46:45Z"},
             "t9": {"type": "time", "default": "1970-01-12T13:46:49Z"},

@@ -308,18 +308,26 @@ def _records(known: AgentType, world: CheckWorld) -> Iterator[str]:
 
 
 def _result(spec: ActionSpec) -> str:
-    return "{" + ", ".join(f'"{name}": {_in_python(of)}' for name, of in spec.result.items()) + "}"
+    return _mapping(spec.result)
+
+
+def _mapping(fields: Mapping[str, Type]) -> str:
+    return "{" + ", ".join(f'"{name}": {_in_python(of)}' for name, of in fields.items()) + "}"
 
 
 def _in_python(type_: Type) -> str:
     if type_.name == "list":
         return "[]"
+    if type_.name == "record":
+        return _mapping(type_.fields)
     return repr(type_.values[0]) if type_.values else SAMPLES.get(type_.name, ("None", ""))[0]
 
 
 def _annotation(type_: Type) -> str:
     if type_.name == "list" and type_.item is not None:
         return f"list[{_annotation(type_.item)}]"
+    if type_.name == "record":
+        return "dict[str, object]"
     if type_.values:
         return f"Literal[{', '.join(repr(one) for one in type_.values)}]"
     return ANNOTATIONS.get(type_.name, "str")

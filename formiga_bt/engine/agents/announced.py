@@ -102,4 +102,4 @@ def _name(type_: Type) -> tuple[str, tuple[str, ...]]:
     if type_.name == "list" and type_.item is not None:
         word, values = _name(type_.item)
         return (word if word == "any" else f"list of {word}"), values
-    return type_.name, type_.values
+    return ("any" if type_.name == "record" else type_.name), type_.values

@@ -42,6 +42,8 @@ def read_value(kind: Type, raw: Any) -> Any:
         case "list":
             assert kind.item is not None
             return tuple(read_value(kind.item, item) for item in msgspec.convert(raw, list))
+        case "record" if kind.fields:
+            return {name: read_value(of, raw[name]) for name, of in kind.fields.items()}
         case "any" | "record":
             if fault := fault_of(raw):
                 raise ValueError(fault)

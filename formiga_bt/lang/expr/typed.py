@@ -14,7 +14,7 @@ from msgspec import Struct
 from formiga_bt.base.diagnostics import About, Diagnostic, Fix, OnGround
 from formiga_bt.base.units import LIKELY
 from formiga_bt.lang.expr.scope import Scope
-from formiga_bt.lang.expr.typing_rules import NUMBERS, QUANTITIES, in_words
+from formiga_bt.lang.expr.typing_rules import NUMBERS, QUANTITIES, fits, in_words
 from formiga_bt.lang.model import NOT_CONST, Dependency, Env
 from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.text.synonyms import is_sure
@@ -129,6 +129,7 @@ def mismatch(have: Typed, want: Type, scope: Scope, what: str = "") -> Mismatch:
         or _wrong_unit(have, want, what)
         or _wrong_text(have, want, scope)
         or _wrong_count(have, want, scope)
+        or _wrong_field(have, want)
     )
     if special is not None:
         return special
@@ -199,6 +200,19 @@ def _wrong_count(have: Typed, want: Type, scope: Scope) -> Mismatch | None:
     if want.name == "list" and have.type.name != "list":
         mended = f"[{have.source}]"
         return Mismatch("E013", f"expected {in_words(want)}, this is {in_words(have.type)}", f"write {mended}", mended)
+    return None
+
+
+def _wrong_field(have: Typed, want: Type) -> Mismatch | None:
+    """Say of a record which of its fields does not fit."""
+    if not have.type.name == want.name == "record":
+        return None
+    for name, due in want.fields.items():
+        of = have.type.fields.get(name)
+        if of is None:
+            return Mismatch("E013", f"'{have.source}' has no '{name}', {in_words(want)} is due")
+        if not fits(of, due):
+            return Mismatch("E013", f"'{have.source}.{name}' is due {in_words(due)}, this is {in_words(of)}")
     return None
 
 

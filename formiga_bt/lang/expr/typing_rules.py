@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from formiga_bt.lang.model import AgentType
-from formiga_bt.lang.types import ANY, BOOL, DISTANCE, DURATION, INT, NUMBER, SPEED, TEXT, TIME, Type
+from formiga_bt.lang.types import ANY, BOOL, DISTANCE, DURATION, INT, NUMBER, SPEED, TEXT, TIME, Type, record_of
 
 NUMBERS: Final = frozenset({"number", "int"})
 QUANTITIES: Final = frozenset({"distance", "duration", "speed", "angle", "mass", "percent"})
@@ -27,6 +27,8 @@ def widen(type_: Type) -> Type:
         return TEXT
     if type_.name == "list" and type_.item is not None:
         return Type("list", item=widen(type_.item))
+    if type_.name == "record":
+        return record_of(**{name: widen(of) for name, of in type_.fields.items()})
     return type_
 
 
@@ -160,8 +162,8 @@ def in_words(type_: Type) -> str:
         return "one of " + ", ".join(type_.values) if len(type_.values) <= 8 else "one of a list of words"
     if type_.name == "bool":
         return "true or false"
-    if type_.name == "time":
-        return "a time"
+    if type_.name in ("time", "record"):
+        return f"a {type_.name}"
     if type_.name == "names":
         return "a part of the site"
     if type_.name == "list" and type_.item is not None and type_.item.name == "literal":

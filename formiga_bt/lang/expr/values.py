@@ -7,18 +7,20 @@ import re
 from itertools import pairwise
 from typing import Any, Final
 
-from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic, Fix
 from formiga_bt.base.geo import Frame, Place, Position, Region, mm
 from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.interpolation import holes, joined, shown
 from formiga_bt.lang.expr.literals import EXAMPLES, Result, due, literal_expr, read_literal, refuse
 from formiga_bt.lang.expr.scope import Scope
-from formiga_bt.lang.expr.typed import did_you_mean
-from formiga_bt.lang.expr.typing_rules import fits, in_words, join
+from formiga_bt.lang.expr.tokens import is_readable
+from formiga_bt.lang.expr.typed import did_you_mean, sure_of
+from formiga_bt.lang.expr.typing_rules import fits, in_words, join, literal
 from formiga_bt.lang.model import Dependency, Env, Expr
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.types import ANY, DISTANCE, NUMBER, PLACE, POSITION, TEXT, Type, list_of
+from formiga_bt.lang.text.reading import quoted_list
+from formiga_bt.lang.types import ANY, DISTANCE, NUMBER, PLACE, POSITION, TEXT, Type, list_of, record_of
 
 
 def read_value(node: Node, scope: Scope, expected: Type, *, what: str = "", optional: bool = False) -> Result:
@@ -90,6 +92,8 @@ _POINT_KEYS: Final = ("lat", "lng", "east", "north", "height")
 def _mapping(node: Mapping_, scope: Scope, expected: Type, what: str) -> Result:
     if expected.name == "any" and any(entry.key.text in ("lat", "east") for entry in node.entries):
         expected = POSITION if node.get("height") else PLACE
+    if expected.name in ("record", "any"):
+        return _record(node, scope, expected, what)
     if expected.name not in ("place", "position"):
         return refuse(node, "E013", f"{due(what, expected)}, this is a mapping", EXAMPLES.get(expected.name, ""))
     problem = _point_keys(node, expected)
@@ -110,6 +114,47 @@ def _mapping(node: Mapping_, scope: Scope, expected: Type, what: str) -> Result:
     if found:
         return poison(node, "", reads), found
     return _point(node, expected, parts, reads, scope, degrees=degrees), []
+
+
+def _record(node: Mapping_, scope: Scope, expected: Type, what: str) -> Result:
+    """Read a record field by field; where none is due, its fields are those that are written."""
+    found: list[Diagnostic] = []
+    parts: dict[str, Expr] = {}
+    for entry in node.entries:
+        name = entry.key.text
+        if expected.name == "record" and name not in expected.fields:
+            near = sure_of(name, expected.fields)
+            said = f"{what or 'the record'} has no field '{name}'{did_you_mean(name, expected.fields)}"
+            fix = Fix(entry.key.mark, near) if near else None
+            found.append(Diagnostic("E011", entry.key.mark, said, "fields: " + ", ".join(expected.fields), fix=fix))
+            continue
+        if not is_readable(name, field=True):
+            said = f"no expression can read '{name}': it is a word of expressions"
+            found.append(Diagnostic("E018", entry.key.mark, said, f"call it {name}_"))
+            continue
+        parts[name], problems = read_value(entry.value, scope, expected.fields.get(name, ANY), what=name)
+        found += problems
+    missing = [name for name in expected.fields if node.get(name) is None]
+    if missing and not found:
+        need = quoted_list(missing)
+        found.append(
+            Diagnostic(
+                "E013", node.mark, f"{due(what, expected)}, this has no {need}", f"fields: {', '.join(expected.fields)}"
+            )
+        )
+    reads = tuple(dict.fromkeys(read for part in parts.values() for read in part.reads))
+    if found:
+        return poison(node, "", reads), found
+    written = {name: _as_written(part) for name, part in parts.items()}
+    type_ = expected if expected.name == "record" else record_of(**written)
+    if all(part.is_const for part in parts.values()):
+        return literal_expr(node, type_, {name: part.const for name, part in parts.items()}), []
+    return Expr("", type_, node.mark, lambda env: {name: part.run(env) for name, part in parts.items()}, reads), []
+
+
+def _as_written(part: Expr) -> Type:
+    """Return the type of a field that nobody declares: a word may be one of an enum where the record is handed on."""
+    return literal(str(part.const)) if part.is_const and part.type == TEXT else part.type
 
 
 def _point(

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.base.diagnostics import Diagnostic, Mark
-from formiga_bt.lang.json_form.words import NAMED, OF_ACTIONS, VALUED, is_hole
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, TASK, Option
+from formiga_bt.lang.json_form.words import NAMED, OF_ACTIONS, RECORDS, VALUED, is_hole
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, RECORD_FIELD, TASK, Option
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.text.document import Mapping_, Scalar, parse
@@ -127,10 +127,13 @@ class _Writer:
         word = _plain(key)
         if form == "map" and key in NAMED:
             self.block(word, indent, path)
+            self.entries(value, NAMED[key], indent + 2, path)
+        elif form == "map" and key == RECORDS:
+            self.block(word, indent, path)
             for index, one in enumerate(_list(value, path)):
                 at = f"{path}[{index}]"
                 self.line(indent + 2, f"{_plain(_name(one, at))}:", at)
-                self.options({k: v for k, v in one.items() if k != "name"}, NAMED[key], indent + 4, at)
+                self.entries(one.get("fields"), RECORD_FIELD, indent + 4, f"{at}.fields")
         elif form == "map" and key in VALUED:
             self.block(word, indent, path)
             for index, one in enumerate(_list(value, path)):
@@ -159,6 +162,13 @@ class _Writer:
         else:
             self.line(indent, f"{word}: {_scalar(value, path, text=form == 'text')}", path)
 
+    def entries(self, value: Any, options: tuple[Option, ...], indent: int, path: str) -> None:
+        """Write objects with `name` as a mapping of their names."""
+        for index, one in enumerate(_list(value, path)):
+            at = f"{path}[{index}]"
+            self.line(indent, f"{_plain(_name(one, at))}:", at)
+            self.options({k: v for k, v in one.items() if k != "name"}, options, indent + 2, at)
+
     def block(self, word: str, indent: int, path: str) -> None:
         self.line(indent, f"{word}:", path)
 
@@ -166,7 +176,9 @@ class _Writer:
         """Write a value after `key:` or `-`."""
         if not isinstance(value, dict) or len(value) != 1:
             if isinstance(value, (dict, list)) or value is None:
-                raise FormError(path, 'a value is {"lit": ..}, {"expr": ..}, {"text": ..} or {"list": [..]}')
+                raise FormError(
+                    path, 'a value is {"lit": ..}, {"expr": ..}, {"text": ..}, {"list": [..]} or {"record": [..]}'
+                )
             self.line(indent, f"{head} {_scalar(value, path)}", path)
             return
         ((kind, inner),) = value.items()
@@ -179,13 +191,20 @@ class _Writer:
             self.line(indent, head + ("" if inner else " []"), path)
             for index, item in enumerate(inner):
                 self.value("-", item, indent + 2, f"{path}[{index}]")
+        elif kind == "record" and isinstance(inner, list):
+            self.line(indent, head if inner else f"{head} {{}}", path)
+            for index, one in enumerate(inner):
+                at = f"{path}[{index}]"
+                self.value(f"{_plain(_name(one, at))}:", one.get("value"), indent + 2, f"{at}.value")
         elif kind == "lit" and isinstance(inner, dict):
             inside = ", ".join(f"{_plain(k)}: {_scalar(v, path)}" for k, v in inner.items() if v is not None)
             self.line(indent, f"{head} {{{inside}}}", path)
         elif kind == "lit" and not isinstance(inner, list) and inner is not None:
             self.line(indent, f"{head} {_scalar(inner, path)}", path)
         else:
-            raise FormError(path, 'a value is {"lit": ..}, {"expr": ..}, {"text": ..} or {"list": [..]}')
+            raise FormError(
+                path, 'a value is {"lit": ..}, {"expr": ..}, {"text": ..}, {"list": [..]} or {"record": [..]}'
+            )
 
     def steps(self, value: Any, indent: int, path: str) -> None:
         """Write a list of steps."""

@@ -2,8 +2,8 @@
 
 A step of an action is `{"action": "GoTo", "agent": "drone", "to": <value>}`; other steps have the keys of the YAML language.
 Where YAML has a mapping with names of the author's own, this form has a list of objects with `name`. A value is one of
-`{"expr": "above(target, 60 m)"}`, `{"lit": "15 s"}` (also a place), `{"text": "Row ${n}"}`, `{"list": [..]}`. null stands for
-"not given".
+`{"expr": "above(target, 60 m)"}`, `{"lit": "15 s"}` (also a place), `{"text": "Row ${n}"}`, `{"list": [..]}`, `{"record":
+[{"name": .., "value": ..}, ..]}`. null stands for "not given".
 
 `llm_in` reads it, `llm_out` writes it, `editor.llm_schema` describes it.
 """
@@ -24,6 +24,9 @@ NAMED: Final[Mapping[str, tuple[Option, ...]]] = {
 
 VALUED: Final = ("with", "set", "for", "vars")
 """Mappings of the author's names to values: lists of `{name, value}`."""
+
+RECORDS: Final = "records"
+"""The mapping of the author's records: a list of `{name, fields}`, each field with its name and type."""
 
 POINTS: Final = (("east", "north"), ("east", "north", "height"), ("lat", "lng"), ("lat", "lng", "height"))
 """Keys of a literal place or position."""

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from formiga_bt.lang.json_form.words import NAMED, VALUED, field_key, is_hole
-from formiga_bt.lang.kinds import KINDS, MODIFIERS, PARAM, TASK, Option
+from formiga_bt.lang.json_form.words import NAMED, POINTS, RECORDS, VALUED, field_key, is_hole
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, PARAM, RECORD_FIELD, TASK, Option
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
@@ -41,6 +41,8 @@ class _Reader:
         entries = node.entries if isinstance(node, Mapping_) else ()
         if form == "map" and key in NAMED:
             return [{"name": e.key.text, **self._named(e.value, NAMED[key])} for e in entries]
+        if form == "map" and key == RECORDS:
+            return [{"name": e.key.text, "fields": self._fields(e.value)} for e in entries]
         if form == "map" and key in VALUED:
             return [{"name": e.key.text, "value": self.value(e.value)} for e in entries]
         if form == "map" and key == "cases":
@@ -59,8 +61,12 @@ class _Reader:
             return {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}
         return _json_of(node, form, option)
 
+    def _fields(self, node: Node) -> list[dict[str, Any]]:
+        entries = node.entries if isinstance(node, Mapping_) else ()
+        return [{"name": e.key.text, **self._named(e.value, RECORD_FIELD)} for e in entries]
+
     def _named(self, node: Node, options: tuple[Option, ...]) -> dict[str, Any]:
-        if isinstance(node, Mapping_) and not (options is PARAM and node.get("type") is None):
+        if isinstance(node, Mapping_) and not (options in (PARAM, RECORD_FIELD) and node.get("type") is None):
             return self.options(node, options)
         if isinstance(node, Mapping_):
             return {"type": {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}}
@@ -91,6 +97,8 @@ class _Reader:
     def value(self, node: Node) -> dict[str, Any]:
         if isinstance(node, Listing):
             return {"list": [self.value(item) for item in node.items]}
+        if isinstance(node, Mapping_) and {e.key.text for e in node.entries} not in map(set, POINTS):
+            return {"record": [{"name": e.key.text, "value": self.value(e.value)} for e in node.entries]}
         if isinstance(node, Mapping_):
             return {"lit": {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}}
         if is_hole(node.text) and node.text.count("${") == 1:

@@ -9,6 +9,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.needs import Param, Role
 from formiga_bt.lang.model.steps import Step, Subtree
+from formiga_bt.lang.types import Type
 
 MOST_VISITS: Final = 10_000
 """Steps that the engine visits for a task at one moment; one that goes on beyond that is a runaway."""
@@ -41,6 +42,8 @@ class Task(Struct, frozen=True):
     cleanup_timeout: Expr | None = None
     envelope: Mapping[str, float] = field(default_factory=dict)
     """What the task tightens of its machines' envelope, named as in `AgentType.limits`; it can loosen nothing."""
+    records: Mapping[str, Type] = field(default_factory=dict)
+    """The records that are types in its file, by name."""
     subtrees: Mapping[str, Subtree] = field(default_factory=dict)
     bundle: str = ""
     """SHA-256 (hex) of the task's file, its imports and the catalogue: what a run is pinned to."""

@@ -125,6 +125,8 @@ class Catalogue(Struct, frozen=True):
     """SHA-256 (hex) over the files."""
     libraries: tuple[Path, ...] = ()
     """Folders of the site with subtrees of its own: imports are looked up there before what ships."""
+    records: Mapping[str, Type] = field(default_factory=dict)
+    """Records that its files declare: types like any other, in tasks too."""
 
 
 RESUME_HOLD_AFTER_US: Final = 30_000_000

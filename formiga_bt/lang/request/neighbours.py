@@ -61,13 +61,13 @@ class Neighbours:
         """Return the file of a task; "" = it is given as a text."""
         return "" if name in self._texts else str(self._found()[name])
 
-    def params(self, name: str, read: Callable[[Node], dict[str, Param]]) -> dict[str, Param] | None:
-        """Return the params of a task, read by `read`; None if there is none of that name."""
+    def params(self, name: str, read: Callable[[Unit, Node], dict[str, Param]]) -> dict[str, Param] | None:
+        """Return the params of a task, read by `read` as its file sees them; None if there is none of that name."""
         unit = self._unit(name)
         if unit is None:
             return None
         entry: Entry | None = unit[1].keys.get("params")
-        return read(entry.value) if entry is not None else {}
+        return read(unit[1], entry.value) if entry is not None else {}
 
     def mark(self, name: str) -> Mark | None:
         """Return where a task is named; None if there is none of that name."""

@@ -88,3 +88,6 @@ def _points(value: Any) -> Iterator[Place | Position]:
         case tuple():
             for part in value:
                 yield from _points(part)
+        case dict():
+            for part in value.values():
+                yield from _points(part)

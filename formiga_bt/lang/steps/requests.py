@@ -2,9 +2,13 @@
 
 from collections.abc import Mapping
 
+from msgspec.structs import replace
+
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.files import Unit
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr, Param
+from formiga_bt.lang.own_records import records_of
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.records import CHILD
 from formiga_bt.lang.request.aliases import by_alias
@@ -58,8 +62,9 @@ def read_request(body: Body, keys: Keys) -> Part | None:
 def task_params(others: Neighbours, name: str, world: World) -> dict[str, Param] | None:
     """Return the params of a task that may be requested; None: there is none of that name."""
 
-    def read(node: Node) -> dict[str, Param]:
-        return read_params(node, world, Problems())
+    def read(unit: Unit, node: Node) -> dict[str, Param]:
+        records = records_of(unit, world.catalogue, Problems())
+        return read_params(node, replace(world, records=records), Problems())
 
     return others.params(name, read)
 

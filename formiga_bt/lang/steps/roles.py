@@ -8,6 +8,7 @@ from typing import Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.members import type_read
+from formiga_bt.lang.expr.typing_rules import widen
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import read_keys
@@ -44,7 +45,7 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
         expr = body.value(node, ANY, name)
         _check_admission(body, expr, name)
         found[name] = expr
-        body.define(name, NamedValue(expr.type, at, "var"))
+        body.define(name, NamedValue(widen(expr.type), at, "var"))
         length = length_of(body, expr, node)
         if length is not None:
             body.lengths[name] = length

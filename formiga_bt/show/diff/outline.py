@@ -11,6 +11,7 @@ from typing import Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Param, Role, Step, Subtree, Task
+from formiga_bt.lang.types import spelled
 from formiga_bt.lang.walk import children
 from formiga_bt.show.diff import values
 from formiga_bt.show.diff.values import SUBTREE, FieldValue
@@ -132,7 +133,7 @@ class _Scope:
         return found | {f"envelope {key}": values.text(f"{most:g}") for key, most in task.envelope.items()}
 
     def param(self, param: Param) -> OutlineNode:
-        fields = {"type": values.text(param.type)}
+        fields = {"type": values.text(spelled(param.type))}
         fields |= self.exprs({"default": param.default, "min": param.min, "max": param.max})
         words = {"label": param.label, "help": param.help, "choices": ", ".join(param.choices)}
         words |= {"optional": "true" if param.optional else "", "aliases": ", ".join(param.aliases)}

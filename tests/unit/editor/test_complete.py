@@ -149,7 +149,7 @@ def test_a_library_an_empty_file_and_a_site_have_their_own_keys(tmp_path: Path) 
         "formiga: 1\nsubtrees:\n  Up:\n    params: {drone: agent}\n    steps:\n      - do: drone.TakeOff\n", tmp_path
     )
     assert labels(library, "    steps:", "    |\n    steps:") == ["returns"]
-    assert labels(library, "formiga: 1\n", "formiga: 1\n|\n") == ["imports"]
+    assert labels(library, "formiga: 1\n", "formiga: 1\n|\n") == ["imports", "records"]
     assert labels(Editor("x", tmp_path), "x", "|")[:3] == ["formiga", "task", "steps"]
     site = Editor("formiga_site: 1\nname: north\nbase: {lat: 60, lng: 22}\n", tmp_path)
     assert "ports" in labels(site, "name: north\n", "name: north\n|\n")

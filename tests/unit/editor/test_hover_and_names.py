@@ -43,7 +43,7 @@ def said(editor: Editor, old: str, new: str = "") -> str:
         ("type: lwd", "type: lw|d", "**lwd**: agent type, extends drone"),
         ("near: ${target}", "ne|ar: ${target}", "**near**: place\n\nThe nearest fit one to this place.\n\n*of a role*"),
         ("save_as: reply", "save_as: re|ply", "*saved name*"),
-        ("reply.by", "rep|ly.by", "**reply**: record\n\n*saved name*"),
+        ("reply.by", "rep|ly.by", "**reply**: record of answer, by, at\n\n*saved name*"),
         ("target: place", "tar|get: place", "**target**: place\n\n*param*"),
     ],
 )

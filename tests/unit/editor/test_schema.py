@@ -59,7 +59,7 @@ def test_the_right_examples_of_the_docs_are_valid(code: str) -> None:
         HEAD + "steps:\n  - notify: Hello.\n    severity: loud\n",
         HEAD + "steps:\n  - parallel:\n      - sequence:\n          - slep: 3 s\n",
         HEAD + "priority: urgent\nsteps:\n  - wait: 1 s\n",
-        HEAD + "params: {a: plaice}\nsteps:\n  - wait: 1 s\n",
+        HEAD + "params: {a: {type: 3}}\nsteps:\n  - wait: 1 s\n",
         HEAD + "agents: {d: {typ: lwd}}\nsteps:\n  - wait: 1 s\n",
         "formiga_site: 1\nname: here\nbase: {lat: 66.5, long: 25.7}\n",
         "formiga_test: 1\ntask: circle.yaml\ncases: [{name: once}]\n",
