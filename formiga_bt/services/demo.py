@@ -20,7 +20,7 @@ from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Submit
-from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder
@@ -193,7 +193,7 @@ class Demo:
     def missing(self) -> list[str]:
         """Return the agents that are not ready."""
         known = self.log.state.agents
-        return [a for a in self.agents if a not in known or known[a].liveness != "ALIVE" or known[a].position is None]
+        return [one for one in self.agents if one not in known or not _is_ready(known[one])]
 
     def submit(self, requests: Sequence[Submit]) -> list[str]:
         """Submit tasks; return their ids."""
@@ -222,6 +222,11 @@ class Demo:
         """Return what the referee finds in the agents' own ledgers; its process, if there is one, ends."""
         assert self.fleet is not None, "the demo was not entered"
         return self.fleet.verdict()
+
+
+def _is_ready(agent: AgentRecord) -> bool:
+    """Return whether an agent is there and, unless it is a program, has told where."""
+    return agent.liveness == "ALIVE" and (agent.mobility == "none" or agent.position is not None)
 
 
 def _watchers(scenario: Scenario) -> dict[str, str]:

@@ -11,6 +11,7 @@ from typing import Final
 
 import typer
 
+from formiga_bt.cli.author.first_task import sample
 from formiga_bt.cli.author.init import site_name
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_world
 from formiga_bt.cli.printing import show_next
@@ -23,14 +24,12 @@ ANNOTATIONS: Final[Mapping[str, str]] = {
     "place": "Place", "position": "Position", "region": "Region", "agent": "AgentId",
 }  # fmt: skip
 
-SAMPLES: Final[Mapping[str, tuple[str, str]]] = {
-    "number": ("0.0", "1"), "int": ("0", "1"), "text": ('""', "hello"), "bool": ("False", "true"), "percent": ("0.0", "50 %"),
-    "distance": ("0.0", "5 m"), "duration": ("0.0", "5 s"), "speed": ("0.0", "1 m/s"), "angle": ("0.0", "90 deg"),
-    "mass": ("0.0", "1 kg"), "time": ("self.now()", ""), "place": ("Place(0.0, 0.0)", "{east: 10 m, north: 5 m}"),
-    "position": ("Position(0.0, 0.0, 0.0)", "{east: 10 m, north: 5 m, height: 10 m}"),
-    "region": ("Region(())", ""), "agent": ("self.id", ""),
+SAMPLES: Final[Mapping[str, str]] = {
+    "number": "0.0", "int": "0", "text": '""', "bool": "False", "percent": "0.0", "distance": "0.0", "duration": "0.0",
+    "speed": "0.0", "angle": "0.0", "mass": "0.0", "time": "self.now()", "place": "Place(0.0, 0.0)",
+    "position": "Position(0.0, 0.0, 0.0)", "region": "Region(())", "agent": "self.id",
 }  # fmt: skip
-"""Of each type: a value in Python, and one in a task file (empty: none is written there)."""
+"""A value of each type in Python; in a task file: `first_task.sample`."""
 
 SITE: Final = """\
 # A small site for trying agents. Metres are counted east and north from the base station.
@@ -184,17 +183,11 @@ def _steps(kind: AgentType, world: CheckWorld) -> list[str]:
         ]
     for spec in specs:
         needed = [field for field in spec.fields.values() if not field.optional and field.default is None]
-        samples = [_in_task(field.type) for field in needed]
+        samples = [sample(field.type, field.min, field.max) for field in needed]
         if all(samples) and not spec.cuts:
             with_ = [f"{field.name}: {sample}" for field, sample in zip(needed, samples, strict=True)]
             return _step(kind.name, spec.name, with_)
     return []
-
-
-def _in_task(type_: Type) -> str:
-    if type_.name == "enum":
-        return type_.values[0]
-    return SAMPLES.get(type_.name, ("", ""))[1]
 
 
 def _agent(
@@ -320,7 +313,7 @@ def _in_python(type_: Type) -> str:
         return "[]"
     if type_.name == "record":
         return _mapping(type_.fields)
-    return repr(type_.values[0]) if type_.values else SAMPLES.get(type_.name, ("None", ""))[0]
+    return repr(type_.values[0]) if type_.values else SAMPLES.get(type_.name, "None")
 
 
 def _annotation(type_: Type) -> str:
