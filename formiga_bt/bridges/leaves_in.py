@@ -178,6 +178,9 @@ class LeafReader:
         step: Step = {"do": f"{agent}.{action}"}
         if fields:
             step["with"] = fields
+        told = [(key, element.get(f"_formiga_track_{key}")) for key in ("every", "within")]
+        if told[0][1]:
+            step["track"] = {key: self.scope.value(text, element) for key, text in told if text}
         if saved and saved != "result":
             step["save_as"] = saved
         self.scope.saved = saved

@@ -237,6 +237,10 @@ class StepWriter:
             outputs = {_output(name, fields): "{" + f"{saved}_{name}" + "}" for name in spec.result}
         tag = f"Do{step.action}" if step.action in BTCPP or step.action in OWN else step.action
         node = self.shared.own(tag, {"agent": self._who(step.who), **fields}, outputs)
+        if step.track is not None:
+            self.findings.add("L13", step.track.mark, f"{step.action} follows what moves")
+            said = {"every": step.track.every, "within": step.track.within}
+            node.attrs |= {f"_formiga_track_{key}": self.optional(expr, key) for key, expr in said.items() if expr}
         return self._expect(node, step.expect, saved)
 
     def _expect(self, node: XmlElement, expect: Expr | None, saved: str) -> XmlElement:

@@ -68,6 +68,7 @@ ROWS: Final = (
     Correspondence("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
     Correspondence("`set: {x: null}`", "`UnsetBlackboard`", "same", "A var that is declared by its type begins so."),
     Correspondence("`fail`", "`AlwaysFailure`", "near", "L08"),
+    Correspondence("`track`", "-", "near", "L13"),
     Correspondence("`expect`", "`Sequence` of the action and a condition", "same"),
     Correspondence("`when`", "`_skipIf`, else `When`", "same"),
     Correspondence("`timeout`", "`Timeout`", "same"),
@@ -98,6 +99,7 @@ LOSSES: Final[Mapping[str, str]] = MappingProxyType(
         "L07": "A field of an agent is read: the host has to keep this blackboard entry up to date.",
         "L08": "Message and code of a failure are kept in the file, but BT.CPP does not tell them.",
         "L11": "A kind of step is not known to this bridge: it becomes a node of the same name.",
+        "L13": "`track`: ports are read once, unless the host reads them again; it is kept in the file.",
         "L12": "A child that is skipped counts neither way for us, but BT.CPP may then wait for ever for `N`.",
     }
 )

@@ -103,6 +103,12 @@ CLEARS: Final[tuple[Option, ...]] = (
     Option("on", "words", "The answers that say so.", required=True, like="[yes]"),
 )
 
+TRACK: Final[tuple[Option, ...]] = (
+    Option("every", "value", "How often to look, from 100 ms to 10 s.", type="duration", required=True, like="2 s"),
+    Option("within", "value", "How far off the target may be before the agent is told (1 m).", type="distance"),
+)
+"""Of `do`: what `with` reads is followed while the agent is under way."""
+
 FORM: Final[tuple[Option, ...]] = (
     Option("type", "name", "The type.", required=True),
     Option("values", "words", "Of an enum: what it may be."),
@@ -123,7 +129,12 @@ MODIFIERS: Final[tuple[Option, ...]] = (
 """Modifiers of any step. Nesting: when( ignore_failure( timeout( retry( step))))."""
 
 _KINDS: Final = (
-    StepKind("do", "action", "Send a goal to an agent and run until its result.", (_WITH, _SAVE, _EXPECT)),
+    StepKind(
+        "do",
+        "action",
+        "Send a goal to an agent and run until its result.",
+        (_WITH, Option("track", "options", "Follow what `with` reads while it moves.", keys=TRACK), _SAVE, _EXPECT),
+    ),
     StepKind(
         "ask",
         "text",

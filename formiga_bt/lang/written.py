@@ -29,7 +29,7 @@ def saves(node: Node) -> Iterator[Scalar]:
             elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
                 for case in entry.value.entries:
                     yield from saves(case.value)
-            elif entry.key.text not in ("with", "set", "retry", "clears", "form"):
+            elif entry.key.text not in ("with", "track", "set", "retry", "clears", "form"):
                 yield from saves(entry.value)
 
 
@@ -64,5 +64,5 @@ def _assigned(node: Node) -> Iterator[Entry]:
             elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
                 for case in entry.value.entries:
                     yield from _assigned(case.value)
-            elif entry.key.text not in ("with", "retry", "clears", "form"):
+            elif entry.key.text not in ("with", "track", "retry", "clears", "form"):
                 yield from _assigned(entry.value)

@@ -20,6 +20,7 @@ from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
 from formiga_bt.nodes.request import RequestNode
 from formiga_bt.nodes.resources import WithResourceNode
 from formiga_bt.nodes.run import Failure
+from formiga_bt.nodes.tracking import TrackingNode
 
 
 def compile_section(name: str, steps: Sequence[model.Step]) -> SequenceNode:
@@ -59,7 +60,7 @@ def _sequence(step: model.Sequence) -> Node:
 def _compile_kind(step: model.Step) -> Node:
     match step:
         case model.Do():
-            return DoNode(step)
+            return DoNode(step) if step.track is None else TrackingNode(step, step.track)
         case model.Ask():
             return AskNode(step)
         case model.Call():

@@ -60,13 +60,18 @@ class DoNode(Leaf):
         env = self.env(run, {"agent": agent})
         fields = {name: expr.run(env) for name, expr in self.step.fields.items()}
         goal = run.goal_id(self.path if self.sent == 1 else f"{self.path}+{self.sent}")
-        self.remember(run, DoMem(goal, self.sent))
-        refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key, self.sent))
+        self.remember(run, self.memo(goal))
+        tracks = self.step.track is not None
+        refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key, self.sent, tracks))
         if refused is not None:
             self.failure = refused
             return Status.FAILURE
         self.goal = goal
         return self.on_proceed(run)
+
+    def memo(self, goal: str) -> DoMem:
+        """Return the memory while a goal runs."""
+        return DoMem(goal, self.sent)
 
     def on_proceed(self, run: GoalRun) -> Status:
         """Look at the goal; map its end to a status. One that a person continues is sent anew, under another id."""

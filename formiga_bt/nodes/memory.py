@@ -51,11 +51,29 @@ class CallMem(Struct, frozen=True, tag="call", tag_field="mem"):
     ran: bool = False
 
 
+class Following(Struct, frozen=True, omit_defaults=True):
+    """Of a `do` with `track`: since when its agent has not followed what moves, and why not."""
+
+    every_us: Micros
+    """How often to look."""
+    within_m: float
+    """How far off the target may be before the agent is told."""
+    turned_at: Micros | None = None
+    """When the agent took the newest target that we know of."""
+    behind_since: Micros | None = None
+    """The task's own time at which the target had moved first without the agent taking a new one; None = it follows."""
+    why: str = ""
+    """What was last said against a new one."""
+    failure: Any = None
+    """Decided: the goal is canceled, and the step fails so when that has ended."""
+
+
 class DoMem(Struct, frozen=True, tag="do", tag_field="mem"):
     """The goal waited for, and the how-manieth it is of this step: each `continue` sends another one."""
 
     goal: str
     sent: int = 1
+    following: Following | None = None
 
 
 class AskMem(Struct, frozen=True, tag="ask", tag_field="mem"):

@@ -87,6 +87,21 @@ class GoalView(Protocol):
         ...
 
     @property
+    def fields(self) -> Mapping[str, Any]:
+        """Return what it was told, as runtime values: the newest that the agent took."""
+        ...
+
+    @property
+    def turned_at(self) -> Micros | None:
+        """Return when its agent took other fields last."""
+        ...
+
+    @property
+    def no_update(self) -> str:
+        """Return why its agent did not take the last ones; empty = it took them, or was not asked."""
+        ...
+
+    @property
     def repeatable(self) -> bool:
         """Return whether the action may be tried again."""
         ...
@@ -117,6 +132,8 @@ class GoalOrder(Struct, frozen=True):
     """Path of the node to wake when the goal changes."""
     attempt: int = 1
     """The how-manieth goal of its step it is: each `continue` asks for another one."""
+    tracks: bool = False
+    """Its fields will change while it runs: not for an agent that cannot be told."""
 
 
 class Served(Struct, frozen=True):
@@ -356,6 +373,10 @@ class GoalRun(StepRun, Protocol):
 
     def goal(self, goal_id: str) -> GoalView:
         """Return the present view of an ordered goal."""
+        ...
+
+    def change_goal(self, goal_id: str, fields: dict[str, Any]) -> str:
+        """Ask for other fields of a goal that runs; return why that cannot be, "" = the agent is asked."""
         ...
 
     def drop_goal(self, goal_id: str) -> None:

@@ -10,6 +10,7 @@ from formiga_bt.engine.kernel.index import StateIndex
 from formiga_bt.engine.kernel.inputs import Abort, AgentSeenInput, UpdateGoal
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.lang.compose import compose
+from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import Bench, task_of
@@ -216,6 +217,23 @@ def test_on_routes_a_target_does_not_change_on_the_way(made: tuple[Site, Catalog
     assert isinstance(reply, Refusal)
     assert reply.code == "no_update"
     assert (hall.engine.state.goals[goal.goal_id], hall.held("r1")) == (before, held)
+
+
+def test_on_routes_a_target_that_moves_is_refused_by_the_checker(made: tuple[Site, Catalogue]) -> None:
+    text = """\
+formiga: 1
+task: Meet
+agents: {it: {type: rover}, picker: {type: picker}}
+steps:
+  - do: it.Dock
+    with: {at: "${ground(picker.position)}"}
+    track: {every: 2 s}
+    timeout: 5 min
+"""
+    found = load_task_text(text, "meet.yaml", catalogue=made[1], site=made[0]).diagnostics
+    assert [("no_update" in one.message, "routes" in one.message) for one in found if one.code == "E054"] == [
+        (True, True)
+    ]
 
 
 FREE = """

@@ -974,17 +974,59 @@ class NaiveTrees:
             env = self._env(at, {"agent": agent})
             fields = {name: expr.run(env) for name, expr in step.fields.items()}
             goal_id = host.goal_id(at.path if mem["sent"] == 1 else f"{at.path}+{mem['sent']}")
-            refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key, mem["sent"]))
+            tracks = step.track is not None
+            refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key, mem["sent"], tracks))
             if refused is not None:
                 return Done(refused)
             mem["goal"] = goal_id
+            mem.pop("gives_up", None)
+            if step.track is not None:
+                mem.update(turned=None, behind=None, why="", every=micros(step.track.every.run(self._env(at))))
+                host.clear_deadline(at.key)
+                if not host.goal(goal_id).ended:
+                    host.set_deadline(at.key, host.now + mem["every"])
         goal = host.goal(mem["goal"])
         if not goal.ended:
-            return None
+            if step.track is None or "gives_up" in mem or not host.is_due(at.key):
+                return None
+            return self._follow(at, mem, step, goal)
+        if goal.state == "canceled" and "gives_up" in mem:
+            host.drop_goal(goal.id)
+            return Done(mem["gives_up"])
         try:
             return self._end_of(at, step, goal)
         finally:
             host.drop_goal(goal.id)
+
+    def _follow(self, at: At, mem: dict[str, Any], step: model.Do, goal: GoalView) -> Done | None:
+        """Compare what the agent was told with what is true now; after 10 s without a new target taken, give up."""
+        host, track = self.host, step.track
+        assert track is not None
+        host.clear_deadline(at.key)
+        if goal.state in ("sent", "accepted", "running"):
+            if goal.turned_at != mem["turned"]:
+                mem.update(turned=goal.turned_at, behind=None, why="")
+            try:
+                env = self._env(at, {"agent": AgentRef(goal.agent)})
+                new = {name: step.fields[name].run(env) for name in track.fields}
+                new = {name: value for name, value in new.items() if value != goal.fields[name]}
+                ask = host.change_goal(goal.id, new) if new else ""
+                why = ask or goal.no_update
+            except (model.UnknownState, model.Unset, model.EvalError) as unknown:
+                new, why = {"?": unknown}, f"where to cannot be computed ({unknown})"
+            mem["behind"] = (host.clock if mem["behind"] is None else mem["behind"]) if new else None
+            mem["why"] = why if new else ""
+        late = 0 if mem["behind"] is None else host.clock - mem["behind"]
+        if late < micros(10.0):
+            host.set_deadline(at.key, host.now + min(mem["every"], micros(10.0) - late))
+            return None
+        reason = f"{goal.agent} took no new target for 10 s" + (f": {mem['why']}" if mem["why"] else "")
+        gives_up = failed(at, "no_update", reason, goal.agent, again=goal.repeatable, other=not goal.repeatable).failure
+        assert gives_up is not None
+        if not host.cancel(goal.id):
+            return Done(gives_up)
+        mem["gives_up"] = gives_up
+        return None
 
     def _end_of(self, at: At, step: model.Do, goal: GoalView) -> Done:
         again = goal.repeatable

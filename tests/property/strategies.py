@@ -264,6 +264,11 @@ class Writer:
         step: dict[str, Any] = {"do": f"{self.pick(*self.carts)}.{action}"}
         if action == "Move" and self.chance(30):
             step["with"] = {"far": "${n + 1}"}
+        if action == "Move" and self.chance(25):
+            seen = self.pick(*self.seen)
+            far = [f"${{1 if {seen}.battery > 50 % else 2}}", f"${{1 if {seen}.airborne else 10 // (n - 2)}}"]
+            far += ["${n + 1}"] if not self.inside else []
+            step |= {"with": {"far": self.pick(*far)}, "track": {"every": self.pick("0.5 s", "1 s", "3 s")}}
         if action in ("Move", "Haul"):
             if self.chance(25):
                 step["expect"] = self.pick("result.ok", "result.n > 1", "10 // result.n > 2")
@@ -590,6 +595,7 @@ def deed(dice: Random) -> Deed:
         n=dice.randint(0, 3),
         cancel=dice.choice(["confirm", "confirm", "at_once", "refuse", "never"]),
         cancel_after=dice.choice([0.0, 0.5, 1.0, 3.0]),
+        follows=dice.choice(["", "", "", "not_now"]),
     )
 
 

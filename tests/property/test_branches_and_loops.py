@@ -20,8 +20,10 @@ from tests.property.world import START, Deed, Event, Scripted, World
 SLOW = Deed(after=9.0, cancel_after=2.0)
 FAILS = Deed(end="failed")
 SILENT = Deed(end="never", cancel="never")
+REFUSES, LONG = Deed(after=30.0, follows="not_now"), Deed(after=30.0)
 ONE, TWO = {"do": "one.Move"}, {"do": "two.Move"}
 NEVER = {"wait": "1 s", "when": "n == 7"}
+FOLLOW = {"do": "one.Move", "with": {"far": "${n + 1}"}, "track": {"every": "1 s"}}
 COUNT = {"set": {"n": "${n + 1}"}}
 FIVE = "now > t5"
 
@@ -65,6 +67,52 @@ CASES: dict[str, Case] = {
             {"sequence": [ONE, {"fail": "far", "with": {"n": 1}}]},
             {"sequence": [{**say("${error.data.n}"), "when": "is_set(error.data.n)"}, say("${error.code}")]}]}],
         {"c1": [FAILS]}, [], "SUCCEEDED", "", ["2 =failed:stuck"],
+    ),
+    "track: the agent is told of what has changed, at the next look": (
+        [{"parallel": [FOLLOW, after(1.5, COUNT, {"wait": "1.7 s"}, COUNT, COUNT)]}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["3 c1 {'far': 2}", "5 c1 {'far': 4}", "10 end"],
+    ),
+    "track: what has not changed is not told again": (
+        [{"parallel": [FOLLOW, after(1.5, COUNT, {"wait": "0.7 s"}, {"set": {"n": 0}}, {"wait": "0.2 s"}, COUNT)]}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["3 c1 {'far': 2}", "10 end"],
+    ),
+    "track: after 10 s without an accepted update the goal is canceled, and the step fails": (
+        [{"fallback": [{"race": [FOLLOW, after(1.5, COUNT, {"wait": "1 min"})]}, say("${error.code}")]}],
+        {"c1": [replace(REFUSES, cancel_after=2.0)]}, [], "SUCCEEDED", "",
+        [*(f"{n} c1 {{'far': 2}}" for n in range(3, 14)), "15 =no_update"],
+    ),
+    "track: one that is taken in time makes the 10 s begin anew": (
+        [{"race": [FOLLOW, {"repeat": "forever", "every": "6 s", "steps": [COUNT]}]}, say("end")],
+        {"c1": [LONG]}, [], "SUCCEEDED", "",
+        ["2 c1 {'far': 2}", "7 c1 {'far': 3}", "13 c1 {'far': 4}", "19 c1 {'far': 5}", "25 c1 {'far': 6}", "31 end"],
+    ),
+    "track: a target that comes back in time needs no update": (
+        [{"parallel": [FOLLOW, after(1.5, COUNT, {"wait": "8 s"}, {"set": {"n": 0}})]}, say("end")],
+        {"c1": [REFUSES]}, [], "SUCCEEDED", "",
+        [*(f"{n} c1 {{'far': 2}}" for n in range(3, 11)), "31 end"],
+    ),
+    "track: work that is done while it is being canceled counts": (
+        [{"parallel": [FOLLOW, after(1.5, COUNT)]}, say("end")],
+        {"c1": [replace(REFUSES, after=13.0, cancel="refuse")]}, [], "SUCCEEDED", "",
+        [*(f"{n} c1 {{'far': 2}}" for n in range(3, 14)), "14 end"],
+    ),
+    "track: what cannot be computed leaves the old target in force, for 10 s": (
+        [{"fallback": [
+            {"race": [
+                {"do": "one.Move", "with": {"far": "${10 // (1 - n)}"}, "track": {"every": "3 s"}},
+                after(1.5, COUNT, {"wait": "1 min"})]},
+            say("${error.code}")]}],
+        {"c1": [LONG]}, [], "SUCCEEDED", "", ["14 =no_update"],
+    ),
+    "track: a halt cancels the goal, also while it gives up": (
+        [{"sequence": [{"parallel": [FOLLOW, after(1.5, COUNT)]}], "timeout": "13 s", "ignore_failure": True}, say("end")],
+        {"c1": [replace(REFUSES, cancel_after=5.0)]}, [], "SUCCEEDED", "",
+        [*(f"{n} c1 {{'far': 2}}" for n in range(3, 14)), "18 end"],
+    ),
+    "track: a goal that goes on after a hold is sent anew, with what is true then": (
+        [{"parallel": [FOLLOW, {"sequence": [{"wait_for": "two.pong"}, COUNT, say("n")], "timeout": "1 min"}]}, say("end")],
+        {"c1": [SLOW, SLOW]}, [Event(2.5, "hold", "Edge-1"), Event(3.0, "pong", "c2"), Event(7.5, "continue", "Edge-1")],
+        "SUCCEEDED", "", ["3 n", "16 end"],
     ),
     "retry: on names what is tried again": (
         [{**ONE, "retry": {"attempts": 3, "on": ["stuck"]}}, say("end")],
@@ -617,6 +665,8 @@ def told(world: World) -> list[str]:
         for effect in step.effects:
             if isinstance(effect, inp.NotifyPeople) and effect.task == "Edge-1":
                 found.append(f"{(step.at - START) / 1e6:.0f} {effect.text}")
+            if isinstance(effect, inp.UpdateGoalFields):
+                found.append(f"{(step.at - START) / 1e6:.0f} {effect.agent} {effect.fields}")
     return found
 
 

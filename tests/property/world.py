@@ -121,6 +121,8 @@ class Deed(Struct, frozen=True):
     cancel: str = "confirm"
     """confirm (after `cancel_after`), at_once, refuse, never = say canceling and nothing more."""
     cancel_after: float = 0.5
+    follows: str = ""
+    """How it takes other fields while it runs: empty = it follows; else the code of its refusal."""
 
 
 class Event(Struct, frozen=True):
@@ -234,6 +236,10 @@ class Scripted:
         elif deed.cancel == "confirm":
             self.later(deed.cancel_after, lambda: self.canceled(goal_id))
         return True
+
+    def update(self, goal_id: str, fields: Mapping[str, Any]) -> str:
+        self.log.append(("update", f"{goal_id} {sorted(fields.items())}"))
+        return self.running.get(goal_id, Deed()).follows
 
     def canceled(self, goal_id: str) -> None:
         assert self.side is not None

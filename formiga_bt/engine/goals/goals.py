@@ -78,6 +78,10 @@ class Goals:
         if order.attempt > 1:
             goal = self._rest_of(goal)
         goal = self._gate.routing.planned(goal)
+        if order.tracks and ("update" in agent.lacks or goal.path):
+            why = "it drives on routes, edge by edge" if goal.path else f"the wire {agent.wire} cannot change a goal"
+            reason = f"{agent.id} cannot be told of a target that moves: {why}"
+            return Failure("no_update", reason, order.owner, agent.id, retryable=False, by_another=True)
         core.emit(ch.GoalPut(goal))
         if not goal.ended:
             self._gate.try_send(goal.id)

@@ -5,7 +5,7 @@
 | none | UpdateGoal, and the gate says go | on its way: sent, again each 2 s (wall) until answered; both ways are reserved |
 | none | UpdateGoal, and the gate does not, or wire or action have none | refused to whoever asked; nothing changes |
 | on its way | the agent takes it | its fields are the goal's; the former way stays reserved until the next status |
-| on its way | the agent refuses it | alarm `update_refused`; the goal goes on as before |
+| on its way | the agent refuses it | alarm `update_refused`, unless its own step asked (`track`); the goal goes on as before |
 | on its way | the goal ends | over |
 
 The gate judges an update as a goal that begins now, with more room: until the agent has heard of it, it goes on along its
@@ -45,12 +45,13 @@ class Updates:
         self._core = core
         self._gate = gatekeeper
 
-    def order(self, goal_id: str, fields: dict[str, Any]) -> None:
+    def order(self, goal_id: str, fields: dict[str, Any], *, tracked: bool = False) -> None:
         """Give a goal other fields.
 
         Args:
             goal_id: of a goal that its agent has.
             fields: those that change, as runtime values.
+            tracked: its own step asks.
 
         Raises:
             TaskError: it cannot be, and the goal goes on as before: no such goal runs (`no_goal`); its wire has no updates, or
@@ -84,7 +85,7 @@ class Updates:
         if not isinstance(verdict, Go):
             text = getattr(verdict, "text", "") or f"{goal.action} of {agent.id} may not change now: {verdict.code}"
             raise TaskError(verdict.code, text)
-        update = GoalUpdate(n=goal.updates + 1, fields=merged, changed=tuple(fields))
+        update = GoalUpdate(n=goal.updates + 1, fields=merged, changed=tuple(fields), tracked=tracked)
         core.put_goal(goal_id, updates=update.n, update=update, also=verdict.leg)
         if core.site.resources:
             core.put_agent(agent.id, inside=self._gate.passages.taken(agent, self._gate.view.ask(new)))
@@ -99,15 +100,17 @@ class Updates:
             return
         core.set_wall(UpdateDue(goal.id), None)
         if reply.code:
-            core.put_goal(goal.id, update=None, also=None)
-            text = f"{goal.agent} refuses other fields for {goal.action}: {reply.code}; it goes on as before"
-            core.effect(Alarm("update_refused", f"{text} {reply.text}".rstrip(), goal.task, goal.agent))
+            said = f"{goal.agent} refuses other fields for {goal.action}: {reply.code}"
+            core.put_goal(goal.id, update=None, also=None, no_update=f"{said} {reply.text}".rstrip())
+            if not goal.update.tracked:
+                text = f"{said}; it goes on as before {reply.text}".rstrip()
+                core.effect(Alarm("update_refused", text, goal.task, goal.agent))
             if reply.code == "epoch_old":
                 epochs.depose(core, goal.agent, core.state.agents[goal.agent].epoch)
         else:
             turns = goal.also is not None
             core.put_goal(
-                goal.id, fields=goal.update.fields, update=None, turned_at=core.now,
+                goal.id, fields=goal.update.fields, update=None, turned_at=core.now, no_update="",
                 leg=goal.also if turns else goal.leg, also=goal.leg if turns else None,
             )  # fmt: skip
         self._look_again(goal.agent)

@@ -630,6 +630,8 @@ class GoalUpdate(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """All fields as they will be."""
     changed: tuple[str, ...]
     """Which of them differ."""
+    tracked: bool = False
+    """Its own step asks for it: a refusal is the step's matter, and no alarm."""
 
 
 class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -672,6 +674,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The highest number of an update of its fields."""
     update: GoalUpdate | None = None
     """The newest one, until its agent has answered it."""
+    no_update: str = ""
+    """Why its agent did not take the newest one; empty = it took it, or has not answered."""
     also: tuple[Position, Position] | None = None
     """Another way that it may be on: that of its update until it is answered, then the one before until the next status."""
     turned_at: Micros | None = None

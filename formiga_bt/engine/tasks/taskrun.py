@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
@@ -79,6 +80,14 @@ class TaskRun(TaskWaits):
     def goal(self, goal_id: str) -> GoalView:
         """Return a goal's record."""
         return self._core.state.goals[goal_id]
+
+    def change_goal(self, goal_id: str, fields: dict[str, Any]) -> str:
+        """Ask for other fields of a goal that runs; return why that cannot be."""
+        try:
+            self._goals.updates.order(goal_id, fields, tracked=True)
+        except TaskError as refused:
+            return f"{refused} ({refused.code})"
+        return ""
 
     def drop_goal(self, goal_id: str) -> None:
         """Forget an ended goal."""

@@ -94,6 +94,23 @@ def _all_can(steps: tuple[Step, ...]) -> bool:
     return all(can_succeed(step) or step.when is not None for step in steps)
 
 
+def _may_never_end(step: Step) -> str:
+    """Return why a step that waits for others may never end, "" of any other."""
+    match step:
+        case Ask():
+            return "nobody may ever answer"
+        case Do() if step.action == CONFIRM:
+            return "nobody may ever answer"
+        case Do() if step.track is not None:
+            return "who moves may never be reached"
+        case WaitUntil():
+            return "this may never become true"
+        case WaitFor():
+            return "this may never happen"
+        case _:
+            return ""
+
+
 class StepChecks:
     """Checks of each step of one task and of its subtrees."""
 
@@ -166,13 +183,14 @@ class StepChecks:
             self._check_typical(step, step.timeout, "timeout")
             if step.retry is not None:
                 self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
-        asks = isinstance(step, Ask) or (isinstance(step, Do) and step.action == CONFIRM)
-        if (asks or isinstance(step, WaitUntil | WaitFor)) and step.timeout is None and not bounded:
-            attempt = step.retry.attempt_timeout if step.retry is not None else None
-            if attempt is None:
-                what = "nobody may ever answer" if asks else "this may never become true"
-                what = "this may never happen" if isinstance(step, WaitFor) else what
-                self.problems.add("W049", step.mark, f"{what}: add timeout:", "such as: timeout: 10 min")
+        endless = _may_never_end(step)
+        if (
+            endless
+            and step.timeout is None
+            and not bounded
+            and (step.retry is None or step.retry.attempt_timeout is None)
+        ):
+            self.problems.add("W049", step.mark, f"{endless}: add timeout:", "such as: timeout: 10 min")
         if isinstance(step, Loop):
             check_spin(step, self.problems)
         check_haste(step, self.problems)

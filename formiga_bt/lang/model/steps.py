@@ -47,6 +47,16 @@ class Retry(Struct, frozen=True):
         return (not self.on or not names.isdisjoint(self.on)) and names.isdisjoint(self.unless)
 
 
+class Track(Struct, frozen=True):
+    """Follow what moves: how often to look (seconds), and from how many metres on the agent is told."""
+
+    every: Expr
+    mark: Mark
+    within: Expr | None = None
+    fields: tuple[str, ...] = ()
+    """Those of the action whose values may change while it runs."""
+
+
 class StepBase(Struct, frozen=True, kw_only=True):
     """What every step has. Nesting of the modifiers: when( ignore_failure( timeout( retry( step)))).
 
@@ -79,6 +89,7 @@ class Do(StepBase, frozen=True, kw_only=True):
     fields: Mapping[str, Expr]
     """Every field that is given or has a default, in the catalogue's order. Defaults may read `agent.<field>`: in such an
     expression the name `agent` is this step's agent."""
+    track: Track | None = None
     save_as: str = ""
     expect: Expr | None = None
 

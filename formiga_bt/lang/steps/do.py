@@ -14,6 +14,7 @@ from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.naming import an_order
 from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
+from formiga_bt.lang.steps.tracking import read_track
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, read_held, read_who
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import fix_word, quoted_list, read_mapping, read_text, shorten
@@ -41,7 +42,9 @@ def read_do(body: Body, keys: Keys) -> Part | None:
     if who is None or spec is None:
         return None
     body.need(role, spec.name)
-    part: Part = {"who": who, "action": spec.name, "fields": _read_fields(body, keys.get("with"), spec, at)}
+    given, fields = _read_fields(body, keys.get("with"), spec, at)
+    part: Part = {"who": who, "action": spec.name, "fields": fields}
+    part["track"] = read_track(body, keys, spec, role, given)
     result = records.result(spec)
     if "save_as" in keys:
         if spec.result:
@@ -95,7 +98,10 @@ def _find_event(body: Body, role: str, word: str, mark: Mark) -> Mapping[str, Ty
     return None
 
 
-def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) -> dict[str, Expr]:
+def _read_fields(
+    body: Body, given: Entry | None, spec: ActionSpec, at: Scalar
+) -> tuple[dict[str, Expr], dict[str, Expr]]:
+    """Return the fields that the step gives, and those with the defaults of the others, in the catalogue's order."""
     mapping = read_mapping(given.value, body.problems, "with") if given is not None else None
     entries = {entry.key.text: entry for entry in mapping.entries} if mapping is not None else {}
     values: dict[str, Expr] = {}
@@ -122,7 +128,7 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
         elif not field.optional and not misspelt and (given is None or mapping is not None):
             where = mapping.mark if mapping is not None else at.mark
             body.problems.add("E022", where, f"{spec.name} needs '{name}' ({field.type})", f"add with: {name}: ...")
-    return ordered
+    return values, ordered
 
 
 def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, role: str) -> None:

@@ -10,7 +10,20 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic, Fix, Mark
-from formiga_bt.lang.kinds import CLEARS, COUNT, ENVELOPE, KINDS, LIBRARY, MODIFIERS, PARAM, RETRY, ROLE, SUBTREE, TASK
+from formiga_bt.lang.kinds import (
+    CLEARS,
+    COUNT,
+    ENVELOPE,
+    KINDS,
+    LIBRARY,
+    MODIFIERS,
+    PARAM,
+    RETRY,
+    ROLE,
+    SUBTREE,
+    TASK,
+    TRACK,
+)
 
 Reads = Callable[[str], int]
 """Text -> the line, from 1, at which reading it as YAML ends; after the last line if all of it can be read."""
@@ -18,7 +31,8 @@ Reads = Callable[[str], int]
 WORDS: Final = frozenset(KINDS) | {
     option.name
     for options in (
-        TASK, LIBRARY, SUBTREE, PARAM, ROLE, COUNT, ENVELOPE, MODIFIERS, RETRY, CLEARS, *(k.options for k in KINDS.values())
+        TASK, LIBRARY, SUBTREE, PARAM, ROLE, COUNT, ENVELOPE, MODIFIERS, RETRY, CLEARS, TRACK,
+        *(k.options for k in KINDS.values())
     )
     for option in options
 }  # fmt: skip

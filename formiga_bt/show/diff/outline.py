@@ -201,7 +201,9 @@ class _Scope:
         match step:
             case model.Do():
                 with_ = {key: self.value(expr) for key, expr in step.fields.items()}
-                return {"agent": values.name(step.who.name), "action": values.text(step.action)} | with_
+                track = {"track every": step.track.every, "track within": step.track.within} if step.track else {}
+                said = {"agent": values.name(step.who.name), "action": values.text(step.action)}
+                return said | with_ | self.exprs(track)
             case model.Ask():
                 people = values.names(who.name for who in step.of)
                 words = {"options": ", ".join(step.options), "clears_on": ", ".join(step.clears_on)}

@@ -77,6 +77,13 @@ def _how_many(role: Role) -> str:
     return f"{role.open.min} to {role.open.max}"
 
 
+def _tracked(track: model.Track | None) -> tuple[StyledSpan, ...]:
+    if track is None:
+        return ()
+    near = [f"within {source(track.within)}"] if track.within is not None else []
+    return _bracket(["tracks", f"every {source(track.every)}", *near])
+
+
 def _bracket(words: Sequence[str]) -> tuple[StyledSpan, ...]:
     return (StyledSpan(f"  [{'; '.join(words)}]", "dim"),) if words else ()
 
@@ -90,7 +97,12 @@ def label_of(step: Step) -> tuple[StyledSpan, ...]:
 def _said(step: Step) -> tuple[StyledSpan, ...]:
     match step:
         case model.Do():
-            return StyledSpan(f"{step.who.name}.", "agent"), StyledSpan(step.action, "kind"), *_args(step.fields)
+            return (
+                StyledSpan(f"{step.who.name}.", "agent"),
+                StyledSpan(step.action, "kind"),
+                *_args(step.fields),
+                *_tracked(step.track),
+            )
         case model.Ask():
             people = ", ".join(who.name for who in step.of)
             choices = " / ".join(step.options)

@@ -7,8 +7,10 @@ import pytest
 import formiga_bt.base.wires as wires
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.wires import GUARANTEES, WireKind, WireOption
+from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Site
 from formiga_bt.lang.site import load_site_text
+from formiga_bt.rehearsal.testing import packaged_world
 
 MQTT = WireKind(
     name="mqtt",
@@ -75,3 +77,27 @@ def test_a_real_site_may_do_without_what_it_names() -> None:
     assert [one for one in found if one.code == "E140"] == []
     assert site is not None
     assert site.accept_missing == {"mqtt": ("epoch", "expiry", "link_silence", "update")}
+
+
+@pytest.mark.parametrize(
+    ("wires", "refused"),
+    [("mqtt: {broker: a:1}", True), ("mqtt: {broker: a:1}, zenoh: {}", False), ("zenoh: {}", False)],
+)
+def test_a_target_cannot_move_where_no_wire_of_the_site_can_change_a_goal(wires: str, refused: bool) -> None:
+    site, _ = read(f"transports: {{{wires}}}\n")
+    _, catalogue = packaged_world()
+    text = """\
+formiga: 1
+task: Meet
+agents: {drone: {type: lwd}, picker: {type: picker}}
+steps:
+  - do: drone.TakeOff
+  - do: drone.GoTo
+    with: {to: "${above(ground(picker.position), 40 m)}"}
+    track: {every: 2 s}
+    timeout: 5 min
+  - do: drone.LandIn
+    with: {at: "${drone.home}"}
+"""
+    found = load_task_text(text, "meet.yaml", catalogue=catalogue, site=site).diagnostics
+    assert ["no_update" in one.message for one in found if one.code == "E054"] == [True] * refused
