@@ -42,7 +42,6 @@ class Intake:
         core = self._core
         self.check(request)
         model = core.library.wanted(request)
-        values = root_values(core, model, request.params)
         number = core.state.counters.get("task", 0) + 1
         family = TaskFamily()
         if parent is not None and order is not None:
@@ -67,7 +66,8 @@ class Intake:
             times=TaskTimes(submitted_at=core.now),
             events=TaskEvents(since=core.state.counters.get("agent_event", 0)),
         )
-        wish = self._requests.request(task, values)  # raises before anything is recorded
+        values = root_values(core, model, task)
+        wish = self._requests.request(task, values)  # both raise before anything is recorded
         core.count("task")
         core.emit(ch.TaskPut(task))
         core.emit(ch.ScopePut(task.id, "", values))

@@ -1,11 +1,11 @@
 """What a task's model says, evaluated for one task: its root values at admission, its time-outs, its sections."""
 
-from collections.abc import Mapping
 from typing import Any, Final
 
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.lang.model import Env, EvalError, Expr, Step, Task, UnknownState, Unset, why_not_computed
 
@@ -13,17 +13,18 @@ CANNOT_COMPUTE: Final = (EvalError, Unset, UnknownState, ArithmeticError, Lookup
 """What an expression may raise at run time."""
 
 
-def root_values(core: Core, model: Task, params: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a task's params and vars at its admission.
+def root_values(core: Core, model: Task, task: TaskRecord) -> dict[str, Any]:
+    """Return the values of a task's params and vars at its admission, and again when it begins anew.
 
     Raises:
         TaskError: one is unknown, missing or cannot be computed.
     """
+    params = task.request.params
     unknown = [name for name in params if name not in model.params]
     if unknown:
         raise TaskError("unknown_param", f"{model.name} has no parameter '{unknown[0]}'")
     values = dict(params)
-    env = TaskEnv(core, None, values)
+    env = TaskEnv(core, task, values)
     name = ""
     try:
         for name, param in model.params.items():

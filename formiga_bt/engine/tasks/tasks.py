@@ -249,7 +249,7 @@ class Tasks:
         core.emit(ch.TaskPut(fresh))
         core.effect(PublishState(task_id, fresh.status))
         try:
-            values = root_values(core, core.model(fresh), fresh.request.params)
+            values = root_values(core, core.model(fresh), fresh)
             wish = self._requests.request(fresh, values)
         except TaskError as error:
             self.refuse(task_id, error.code, str(error))

@@ -145,8 +145,7 @@ class ExpressionChecker(Operands):
         if self.scope.helpers.forms(name) or name == "is_set":
             return self.bad(node, "E010", f"'{name}' is a helper: call it", f"write {name}(...)")
         if name in BUILT_INS:
-            said = f"'{name}' has no value here: this is read before there is a task"
-            return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
+            return self._before_task(node, name)
         of_site = self._in_site()
         near = closest(name, self.scope.visible())
         if near and name not in of_site:
@@ -294,7 +293,15 @@ class ExpressionChecker(Operands):
             return self.part(node, bound.returns, run, reads)
         if bound.helper.daily and not poisoned(*bound.args):
             return self.part(node, bound.returns, run, (*reads_of(bound.args), TODAY))
+        if bound.helper.of_task and not poisoned(*bound.args):
+            if "task" not in self.scope.built_ins:
+                return self._before_task(node, bound.helper.name)
+            return self.part(node, bound.returns, run, (*reads_of(bound.args), Dependency("task")))
         return self.made(node, bound.returns, run, bound.args, pure=not bound.helper.needs_env)
+
+    def _before_task(self, node: ast.AST, name: str) -> Typed:
+        said = f"'{name}' has no value here: this is read before there is a task"
+        return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
 
     def _over_items(self, node: ast.Call, helper: Helper) -> Typed:
         """Check a call whose second argument is read for each item of the first."""
@@ -337,8 +344,7 @@ class ExpressionChecker(Operands):
         if why is not None:
             return self.bad(argument or node, why.code, why.message, why.mend, mended=why.mended)
         if "task" not in self.scope.built_ins:
-            said = "'fleet' has no value here: this is read before there is a task"
-            return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
+            return self._before_task(node, FLEET)
         of = str(text)
         return self.part(node, type_of(of, self.scope), lambda env: fleet(env, of), (read_of(of),))
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.lang.expr import daytime, item_calls, members, region_shapes, shapes
+from formiga_bt.lang.expr import chance, daytime, item_calls, members, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import (
     ANGLE,
@@ -60,6 +60,8 @@ class Helper(Struct, frozen=True):
     needs_env: bool = False
     daily: bool = False
     """Its value depends on the day of `now`."""
+    of_task: bool = False
+    """Its value depends on the task that reads it, so there is none before there is a task."""
     refuses: Callable[[Any], str] | None = None
     """Tells why a constant first argument is none, or ""."""
     looks_at: str = ""
@@ -227,6 +229,15 @@ _LISTS: Final = (
            "both lists in one"),
 )  # fmt: skip
 
+_CHANCE: Final = (
+    Helper("random", (Arg("seed", INT),), NUMBER, chance.random,
+           "a number from 0 to below 1, by chance; the same for the same seed in the same run of a task",
+           needs_env=True, of_task=True),
+    Helper("shuffle", (_ITEMS, Arg("seed", INT)), list_of(ITEM), chance.shuffle,
+           "the list in an order by chance; the same for the same seed in the same run of a task",
+           needs_env=True, of_task=True),
+)  # fmt: skip
+
 _TIMES: Final = (
     Helper("today", (Arg("at", TEXT),), TIME, daytime.today, "this time of today, such as '06:30', in the site's time zone",
            needs_env=True, daily=True, refuses=daytime.why_no_time_of_day),
@@ -242,5 +253,5 @@ _FLEET: Final = (
            "to read and to ask, not to command", needs_env=True),
 )  # fmt: skip
 
-STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_LISTS, *_TIMES, *_FLEET))
+STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_LISTS, *_CHANCE, *_TIMES, *_FLEET))
 """The helpers of the language."""

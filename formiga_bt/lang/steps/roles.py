@@ -7,6 +7,7 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expr.typing_rules import widen
 from formiga_bt.lang.expressions import compile_value
@@ -24,7 +25,8 @@ from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type,
 from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.written import scalars
 
-_WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_READ: Final = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])([A-Za-z_]\w*)(?!\w)(?!\s*=[^=])")
+"""A name in an expression; no text, no field after a dot, no argument by name."""
 _MOST_AGENTS: Final = 1000
 _COUNTS: Final = "such as: count: 3, count: all, count: {min: 1, max: 4}"
 
@@ -116,7 +118,9 @@ def _reads(node: Node) -> set[str]:
     words: set[str] = set()
     for scalar in scalars(node):
         if "${" in scalar.text:
-            words.update(_WORD.findall(scalar.text))
+            spans = holes(scalar.text)
+            inside = [scalar.text[start:end] for start, end in spans] if isinstance(spans, list) else [scalar.text]
+            words.update(name for text in inside for name in _READ.findall(text) if name)
     return words
 
 

@@ -191,7 +191,7 @@ def test_the_registry_knows_every_helper_of_the_language(wording: Wording):
     wanted = (
         "above at_height offset toward distance bearing midpoint line circle polygon triangle zigzag lawnmower split "
         "split_by_area centroid area inside nearest ground len min max abs round sum mod range first last reverse is_set "
-        "where count each sort append concat today sunrise sunset fleet"
+        "where count each sort append concat random shuffle today sunrise sunset fleet"
     )
     assert set(STANDARD.names()) == set(wanted.split())
     assert STANDARD.forms("nothing") == ()
@@ -204,3 +204,32 @@ def test_defaults_come_after_what_is_required():
             required = [arg.default is REQUIRED for arg in helper.args]
             assert required == sorted(required, reverse=True)
             assert helper.help
+
+
+class Of:
+    """What chance draws from: a task and its run."""
+
+    def __init__(self, task, run=1):
+        self.names = {"task": {"id": task, "run": run}}
+
+    def name(self, name):
+        return self.names[name]
+
+
+def test_chance_is_of_the_seed_the_task_and_its_run_alone():
+    drawn = [call("random", Of(task, run), seed) for task in ("A-1", "A-2") for run in (1, 2) for seed in (0, 1, -7)]
+    assert len(set(drawn)) == len(drawn)
+    assert all(0 <= one < 1 for one in drawn)
+    assert drawn == [
+        call("random", Of(task, run), seed) for task in ("A-1", "A-2") for run in (1, 2) for seed in (0, 1, -7)
+    ]
+    assert call("random", Of("A-1"), 0) == 0.19612158265481683, "no version of Python draws otherwise"
+
+
+def test_each_order_is_as_likely_as_any_other():
+    orders = [call("shuffle", Of("A-1"), ("a", "b", "c"), seed) for seed in range(6000)]
+    counts = {order: orders.count(order) for order in set(orders)}
+    assert len(counts) == 6
+    assert all(900 < count < 1100 for count in counts.values()), counts
+    numbers = [call("random", Of("A-1"), seed) for seed in range(10_000)]
+    assert abs(sum(numbers) / 10_000 - 0.5) < 0.01
