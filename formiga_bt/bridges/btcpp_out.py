@@ -237,7 +237,7 @@ def _param(param: Param, writer: StepWriter, records: Mapping[str, Type]) -> dic
     if param.type.of:
         value["of"] = list(param.type.of)
     if param.default is not None:
-        value["default"] = _text(param.default, writer)
+        value["default"] = writer.texts.structure(param.default) or _text(param.default, writer)
     if param.optional:
         value["optional"] = "true"
     for key, bound in (("min", param.min), ("max", param.max)):

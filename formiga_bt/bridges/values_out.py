@@ -31,10 +31,15 @@ class Texts:
         """Return whether an expression was written as a literal, not in `${}`."""
         return expr.is_const and not self._before(expr.mark).endswith("${")
 
+    def structure(self, expr: Expr) -> "str | list[object] | dict[str, object]":
+        """Return a value that is a list or a mapping as such, any other like `value`."""
+        node = self._node(expr.mark)
+        return plain(node) if node is not None else self.value(expr)
+
     def value(self, expr: Expr) -> str:
         """Return a value as YAML has it: `60 m`, `${target}`, `Alarm ${x}`, `{east: 10 m, north: -4 m}`; "" = not found."""
-        if not expr.source:
-            node = self._node(expr.mark)
+        node = self._node(expr.mark)
+        if node is not None or not expr.source:
             return flow(plain(node)) if node is not None else ""
         if self.is_literal(expr) or "${" in expr.source:
             return expr.source
