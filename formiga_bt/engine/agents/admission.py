@@ -241,7 +241,8 @@ class Admission:
     def _report_refusals(self, agent: AgentRecord, but: Mapping[str, str] = MappingProxyType({})) -> None:
         for name, why in agent.refused_actions.items():
             if but.get(name) != why:
-                self._core.effect(Alarm("action_refused", f"{agent.id}: {name} is refused: {why}", "", agent.id))
+                text = f"{agent.id}: {name} is refused: {why}. Let both say the same"
+                self._core.effect(Alarm("action_refused", text, "", agent.id))
 
     def is_in_use(self, agent: AgentRecord) -> bool:
         """Return whether a machine does something for us, or may be in the air: it is not let go of then."""

@@ -263,7 +263,7 @@ class Goals:
                 core.put_agent(goal.agent, landed=spec.effect)
             try:
                 result = read_result(spec.result, event.result)
-            except (KeyError, TypeError, ValueError, OverflowError) as error:
+            except ValueError as error:
                 core.report(UnreadableMessage(goal.agent, f"result of {goal.action} cannot be read: {error}"))
                 self.end(goal.id, "failed", "bad_result", str(error))
                 return

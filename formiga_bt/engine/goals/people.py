@@ -229,6 +229,6 @@ def _filled(question: Question, raw: Any) -> tuple[dict[str, Any], str]:
     """Return what a person filled in, as runtime values, and what is wrong with it, or ""."""
     try:
         values = read_result({one.name: one.kind for one in question.form}, raw or {})
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+    except ValueError as error:
         return {}, f"what was filled in cannot be read: {error}"
     return values, lack(question.form, values)

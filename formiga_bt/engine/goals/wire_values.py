@@ -13,9 +13,17 @@ def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str
     """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out.
 
     Raises:
-        KeyError, TypeError, ValueError: a field is of another type, or a number of it out of bounds.
+        ValueError: a field is of another type, or a number of it out of bounds; says which, and what came instead.
     """
-    return {name: read_value(kind, raw[name]) for name, kind in types.items() if name in raw}
+    found: dict[str, Any] = {}
+    for name, kind in types.items():
+        if name in raw:
+            try:
+                found[name] = read_value(kind, raw[name])
+            except (KeyError, TypeError, ValueError, OverflowError) as error:
+                why = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
+                raise ValueError(f"field '{name}' is to be {kind}, this came: {_shown(raw[name])} ({why})") from error
+    return found
 
 
 def read_value(kind: Type, raw: Any) -> Any:
@@ -37,6 +45,8 @@ def read_value(kind: Type, raw: Any) -> Any:
             return msgspec.convert(raw, bool)
         case "int" | "time":
             return _number(raw, MOST_INT, int)
+        case "enum" if kind.values and raw not in kind.values:
+            raise ValueError("it is none of them")
         case "text" | "enum":
             return msgspec.convert(raw, str)
         case "list":
@@ -50,6 +60,12 @@ def read_value(kind: Type, raw: Any) -> Any:
             return raw
         case _:
             return _number(raw, MOST_RESULT)
+
+
+def _shown(raw: Any) -> str:
+    """Return a value of the wire in short."""
+    text = repr(raw)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _number(raw: Any, most: float, kind: type[float] = float) -> Any:

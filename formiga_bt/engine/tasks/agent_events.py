@@ -39,7 +39,7 @@ class AgentEvents:
             return
         try:
             fields = read_result(types, event.fields)
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
+        except ValueError as error:
             self._fleet.on_bad(agent.id, f"event {event.event} cannot be read: {error}")
             return
         if missing := [name for name in types if name not in fields]:

@@ -172,13 +172,18 @@ def _check_reached(graph: RouteGraph, marks: Mapping[str, Mark], problems: Probl
         if not graph.edges_at(name):
             problems.add("E122", marks[name], f"no edge leads to '{name}'", f"join it: [{name}, ..] under edges")
     for name in (*graph.ends, *(one for one in graph.nodes if one not in graph.ends)):
-        if _is_shut(graph, name, marks, problems):
+        if graph.edges_at(name) and _is_shut(graph, name, marks, problems):
             return  # what else cannot be reached is so for the same edges
 
 
 def _is_shut(graph: RouteGraph, name: str, marks: Mapping[str, Mark], problems: Problems) -> bool:
-    ends = [end for end in graph.ends if end != name and _are_joined(graph, name, end)]
+    others = [end for end in graph.ends if end != name]
+    ends = [end for end in others if _are_joined(graph, name, end)]
     help_ = "look at the edges that are one_way"
+    if others and not ends:
+        what = f"no way leads between '{name}' and any other place where a machine may stay, such as '{others[0]}'"
+        problems.add("E122", marks[name], what, "join them by an edge, or mark another node beside it: park: true")
+        return True
     if ends and not any(name in graph.to(end) for end in ends):
         what = f"who drives to '{name}' can come to no other place where it may stay, such as '{ends[0]}'"
         problems.add("E122", marks[name], what, help_)
