@@ -68,6 +68,22 @@ CASES: dict[str, Case] = {
             {"sequence": [{**say("${error.data.n}"), "when": "is_set(error.data.n)"}, say("${error.code}")]}]}],
         {"c1": [FAILS]}, [], "SUCCEEDED", "", ["2 =failed:stuck"],
     ),
+    "race: a handler beside the work takes each event, also those that come while it is busy, and ends with the work": (
+        [{"race": [
+            after(6),
+            {"repeat": "forever", "steps": [
+                {"wait_for": "two.ping", "since": "task", "save_as": "got"}, {"wait": "1 s"}, say("${got.n}")]},
+        ]}, say("end")],
+        {}, [Event(t, "ping", "c2") for t in (2.0, 2.2, 2.4, 8.0)], "SUCCEEDED", "", ["3 =1", "4 =2", "5 =3", "7 end"],
+    ),
+    "race: an event interrupts the work of a machine, which does something else and goes on": (
+        [{"repeat": "forever", "steps": [
+            {"race": [ONE, {"wait_for": "two.ping", "timeout": "1 min", "save_as": "got"}]},
+            {"break_if": "not is_set(got)"},
+            {"do": "one.Move"}, say("${got.n}"),
+        ]}, say("end")],
+        {"c1": [SLOW, Deed(), Deed(after=2.0)]}, [Event(3.0, "ping", "c2")], "SUCCEEDED", "", ["6 =1", "8 end"],
+    ),
     "track: the agent is told of what has changed, at the next look": (
         [{"parallel": [FOLLOW, after(1.5, COUNT, {"wait": "1.7 s"}, COUNT, COUNT)]}, say("end")],
         {"c1": [SLOW]}, [], "SUCCEEDED", "", ["3 c1 {'far': 2}", "5 c1 {'far': 4}", "10 end"],

@@ -107,8 +107,13 @@ KEY_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
 )
 """Options of other languages."""
 
+_HANDLER: Final = (
+    "a handler is a branch of a race: repeat: forever, with wait_for: role.event and since: task, then what is done"
+)
+
 ADVICE: Final[Mapping[str, str]] = MappingProxyType(
     {
+        **dict.fromkeys(("on", "on_event", "handler", "handlers"), _HANDLER),
         "else_if": "write else: with another `if` step in it",
         "elif": "write else: with another `if` step in it",
         "in": "the lists stand under for: itself, as in for: {drone: ${drones}}",
