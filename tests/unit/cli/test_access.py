@@ -9,7 +9,7 @@ from formiga_bt.base.errors import UnusableFile
 from formiga_bt.base.person_secrets import LEAST_N, SECRETS, hashed, read_secrets, write_secret
 from formiga_bt.cli import proving
 from formiga_bt.cli.app import run
-from formiga_bt.cli.author.init import SITE
+from formiga_bt.cli.author.starts import start
 from tests.e2e.terminal import at_terminal
 from tests.golden import Wording
 
@@ -22,7 +22,7 @@ REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pi
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: Patch) -> Path:
     """Return the runtime folder of a site in mode real; the site's is the current one, and hashes are cheap."""
-    text = SITE.format(name="meadow").replace("mode: simulation", "mode: real")
+    text = start("site").replace("@site", "meadow").replace("mode: simulation", "mode: real")
     (tmp_path / "site.yaml").write_text(text.replace("people: {watchers: [watcher_1]}\n", REAL), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("formiga_bt.cli.orders.access.hashed", lambda secret: hashed(secret, (LEAST_N, 8, 1)))

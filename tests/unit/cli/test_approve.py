@@ -11,7 +11,7 @@ from formiga_bt.base.durable import private_folder
 from formiga_bt.base.person_secrets import LEAST_N, hashed, write_secret
 from formiga_bt.base.site_folder import FLIGHTS, append_line
 from formiga_bt.cli.app import run
-from formiga_bt.cli.author.init import HELLO, SITE
+from formiga_bt.cli.author.starts import start
 from formiga_bt.services.crew import standing
 from tests.e2e.terminal import at_terminal
 from tests.golden import Wording
@@ -24,11 +24,11 @@ ASKS = r"Type the first 8 characters of the digest.*: $"
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the folder of a site in mode real; it is the current one."""
-    text = SITE.format(name="meadow").replace("mode: simulation", "mode: real")
+    text = start("site").replace("@site", "meadow").replace("mode: simulation", "mode: real")
     text = text.replace("people: {watchers: [watcher_1]}\n", REAL)
     (tmp_path / "site.yaml").write_text(text, encoding="utf-8")
     (tmp_path / "trees").mkdir()
-    (tmp_path / "trees" / "hello.yaml").write_text(HELLO, encoding="utf-8")
+    (tmp_path / "trees" / "hello.yaml").write_text(start("hello"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     private_folder(tmp_path / ".formiga" / "meadow")
     for person in ("ann", "bob"):

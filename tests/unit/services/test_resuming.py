@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.errors import FormigaError, SiteError
-from formiga_bt.cli.author.init import SITE
+from formiga_bt.cli.author.starts import start
 from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.engine.kernel.inputs import Duty, LockdownOrder, Operator
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
@@ -50,7 +50,7 @@ def up(tmp_path: Path) -> Up:
     ) -> Iterator[Service]:
         folder = tmp_path / where
         folder.mkdir(exist_ok=True)
-        text = SITE.format(name="meadow") + site
+        text = start("site").replace("@site", "meadow") + site
         for old, new in swap:
             assert old in text
             text = text.replace(old, new)
