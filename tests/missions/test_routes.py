@@ -14,6 +14,9 @@ from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import Bench, task_of
+from formiga_bt.show.history.charting import chart
+from formiga_bt.show.history.ledger import Ledger
+from formiga_bt.show.history.records import goal_fact
 from formiga_bt.transport.cards import AgentCard
 
 SITE = """
@@ -102,6 +105,18 @@ def test_a_step_becomes_one_goal_an_edge_and_the_last_is_its_own(made: tuple[Sit
     assert hall.task(task).status == "SUCCEEDED"
     assert hall.held("r1") == {"bay"}
     hall.check()
+
+
+def test_watch_shows_the_way_on_the_routes_and_a_map_the_routes(made: tuple[Site, Catalogue]) -> None:
+    hall = Hall(made, "r1")
+    hall.go("r1", "s2")
+    (goal,) = (goal for goal in hall.engine.state.goals.values() if not goal.ended)
+
+    assert goal_fact(goal).target == "at 0 E 0 N by a, b, c, d, s2"
+
+    drawn = chart(Ledger(), made[0], 0)
+    assert [lane.name for lane in drawn.lanes] == ["s1-a", "a-b", "b-c", "c-d", "d-s2", "c-bay"]
+    assert [mark.name for mark in drawn.marks if mark.kind == "park"] == ["bay"]
 
 
 def test_what_it_is_sent_over_is_its_own_until_a_status_says_that_it_is_out(made: tuple[Site, Catalogue]) -> None:

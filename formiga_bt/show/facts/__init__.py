@@ -17,6 +17,7 @@ from formiga_bt.show.facts.fleet import (
 from formiga_bt.show.facts.history import (
     BlackboardFact,
     Chart,
+    MapLane,
     MapMark,
     MapShape,
     Spread,
@@ -87,8 +88,8 @@ __all__ = [
     "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
     "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
-    "LockdownFact", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply", "OrderedFact",
-    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
+    "LockdownFact", "MapLane", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply",
+    "OrderedFact",    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
     "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact",
     "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
     "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "TypeFact", "VersionFact",

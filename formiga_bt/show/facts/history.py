@@ -50,7 +50,7 @@ class MapMark(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A named point of the site, or where something happened."""
 
     name: str
-    kind: Literal["base", "port", "station", "place", "landing", "event", "find"]
+    kind: Literal["base", "port", "station", "park", "place", "landing", "event", "find"]
     at: Point
 
 
@@ -64,6 +64,16 @@ class MapShape(Struct, frozen=True, kw_only=True, omit_defaults=True):
     forbidden: bool = False
 
 
+class MapLane(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An edge of the site's routes."""
+
+    name: str
+    start: Point
+    end: Point
+    one_way: bool = False
+    """It is driven from `start` to `end` only."""
+
+
 class Chart(Struct, frozen=True, kw_only=True):
     """What a map shows."""
 
@@ -72,6 +82,7 @@ class Chart(Struct, frozen=True, kw_only=True):
     marks: tuple[MapMark, ...]
     shapes: tuple[MapShape, ...]
     tracks: tuple[Track, ...]
+    lanes: tuple[MapLane, ...] = ()
     origin_lat: float = 0.0
     origin_lng: float = 0.0
 

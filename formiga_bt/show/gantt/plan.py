@@ -37,8 +37,8 @@ MANY: Final = 40
 PAGE: Final = 60
 """Rows of one picture."""
 
-_WELL = frozenset({"succeeded", "answered"})
-_CANCELED = frozenset({"canceled", "withdrawn", "superseded", "interrupted", "again"})
+_WELL = frozenset({"succeeded", "answered", "again"})
+_CANCELED = frozenset({"canceled", "withdrawn", "superseded", "interrupted"})
 _WORST: dict[Sign, int] = {"": 0, "running": 1, "canceled": 2, "failed": 3}
 _STARTS: tuple[tuple[tuple[str, ...], Kind], ...] = (
     (("takeoff", "land", "climb", "descend"), "rise"),

@@ -7,7 +7,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.show.facts import Chart, MapMark, MapShape, Point
+from formiga_bt.show.facts import Chart, MapLane, MapMark, MapShape, Point
 from formiga_bt.show.history.ledger import Ledger
 
 
@@ -29,6 +29,7 @@ def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) 
             for way in ways
             for track in way.tracks(None if way.mobility == "people" and way.agent in people else wanted)
         ),
+        lanes=tuple(_lanes(site)),
         origin_lat=site.lat,
         origin_lng=site.lng,
     )
@@ -40,14 +41,25 @@ def _marks(site: Site) -> Iterator[MapMark]:
         yield from _mark(port.name, "port", port.at)
     for station in site.stations.values():
         yield from _mark(station.name, "station", station.at)
+    for node in site.routes.nodes.values():
+        if node.is_end and node.name not in site.stations:
+            yield from _mark(node.name, "park", node.at)
     for name, at in site.places.items():
         yield from _mark(name, "place", at)
 
 
-def _mark(name: str, kind: Literal["port", "station", "place"], at: object) -> Iterator[MapMark]:
+def _mark(name: str, kind: Literal["port", "station", "park", "place"], at: object) -> Iterator[MapMark]:
     if isinstance(at, Place | Position):
         up = at.up_m if isinstance(at, Position) else 0.0
         yield MapMark(name=name, kind=kind, at=Point(at.east_m, at.north_m, up))
+
+
+def _lanes(site: Site) -> Iterator[MapLane]:
+    nodes = site.routes.nodes
+    for edge in site.routes.edges:
+        a, b = nodes[edge.a].at, nodes[edge.b].at
+        start, end = Point(a.east_m, a.north_m), Point(b.east_m, b.north_m)
+        yield MapLane(name=edge.name, start=start, end=end, one_way=edge.one_way)
 
 
 def _shapes(site: Site) -> Iterator[MapShape]:

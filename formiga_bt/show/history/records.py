@@ -22,6 +22,9 @@ from formiga_bt.transport.messages import to_wire
 SHOWN_FILES: Final = 5
 """The newest files of its task are shown with a question."""
 
+MOST_NODES: Final = 6
+"""Of a way on routes so many nodes are named."""
+
 
 def point(where: Position) -> Point:
     """Return a point to a centimetre."""
@@ -143,8 +146,17 @@ def goal_fact(goal: GoalRecord) -> GoalFact:
         phase=goal.phase,
         since=goal.sent_at if goal.sent_at is not None else goal.at,
         path=path_of_goal(goal.id),
-        target=where(goal),
+        target=" ".join(part for part in (where(goal), way_words(goal)) if part),
     )
+
+
+def way_words(goal: GoalRecord) -> str:
+    """Return the nodes of the site's routes that are ahead of who drives on them, or ""."""
+    path = goal.path
+    if len(path) < 2:
+        return ""
+    shown = path if len(path) <= MOST_NODES else (*path[: MOST_NODES - 1], "..", path[-1])
+    return f"by {', '.join(shown)}"
 
 
 def file_facts(task: TaskRecord) -> tuple[FileFact, ...]:

@@ -88,8 +88,8 @@ def rest_words(goal: GoalRecord) -> str:
 
 def where(goal: GoalRecord) -> str:
     """Return where a goal moves its agent: metres east, north and up of the base station, or what it is the rest of."""
-    if goal.rest_of:
-        return rest_words(goal)
+    if rest := rest_words(goal):
+        return rest
     for value in goal.fields.values():
         if isinstance(value, Position):
             return f"to {value.east_m:.0f} E {value.north_m:.0f} N {value.up_m:.0f} up"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.machines import Mobility
 from formiga_bt.show.clean import cleaned, cut
-from formiga_bt.show.facts import Chart, MapMark, MapShape, Track
+from formiga_bt.show.facts import Chart, MapLane, MapMark, MapShape, Point, Track
 from formiga_bt.show.map.labels import Rect, TakenSpace, along
 from formiga_bt.show.map.view import AgentWalk, MapScene, outside_in_words, scene_of, turns_of
 from formiga_bt.show.picture import INKS, Tips, agg, extent
@@ -33,6 +33,7 @@ _MARKS: Final[dict[str, tuple[str, float, str, str]]] = {
     "base": ("P", 9, "#000000", "base"),
     "port": ("s", 5, "#ffffff", "port"),
     "station": ("s", 4, "#dddddd", "station"),
+    "park": ("s", 3, "#ffffff", "parking"),
     "place": ("o", 4, "#777777", "place"),
     "landing": ("v", 6, "#ffffff", "landing"),
     "event": ("*", 9, "#ffd700", "event"),
@@ -45,6 +46,7 @@ _SHAPES: Final[dict[str, tuple[str, str, str]]] = {
     "region": ("#3a7d44", "#e8f3e8", ""),
     "searched": ("#2b6cb0", "#cfe3f7", ""),
 }
+LANE: Final = "#cfcfcf"
 COLUMNS: Final = 6
 LABELS: Final = 60
 """So many labels at most are put on a map."""
@@ -103,6 +105,8 @@ class _Map:
         self._compass(step)
         for shape in self.scene.shapes:
             self._shape(shape)
+        for lane in self.scene.lanes:
+            self._lane(lane)
         for walk in self.scene.walks:
             for piece in walk.pieces:
                 self.places.avoid(along(self._pixels(piece), 4.0))
@@ -161,6 +165,28 @@ class _Map:
         patch.set_gid(self.tips.add(f"{kind} {shape.name}" if shape.name != kind else kind))
         self.axes.add_patch(patch)
 
+    def _lane(self, lane: MapLane) -> None:
+        """Draw an edge of the routes, with an arrow head where it is driven one way only."""
+        (line,) = self.axes.plot(
+            [lane.start.east_m, lane.end.east_m], [lane.start.north_m, lane.end.north_m], color=LANE, linewidth=3.0,
+            solid_capstyle="round", zorder=2,
+        )  # fmt: skip
+        line.set_gid(self.tips.add(f"route {lane.name}" + (", one way" if lane.one_way else "")))
+        if lane.one_way:
+            self._head((lane.start, lane.end))
+
+    def _head(self, way: tuple[Point, Point]) -> None:
+        (ax, ay), (bx, by) = (self._pixel(p.east_m, p.north_m) for p in way)
+        length = math.dist((ax, ay), (bx, by))
+        if length < 14:
+            return
+        x, y = (ax + bx) / 2, (ay + by) / 2
+        back = (x - (bx - ax) / length * 5, y - (by - ay) / length * 5)
+        self.axes.annotate(
+            "", xy=self._ground(x, y), xytext=self._ground(*back), zorder=3,
+            arrowprops={"arrowstyle": "-|>", "color": "#8a8a8a", "linewidth": 0.8, "mutation_scale": 9},
+        )  # fmt: skip
+
     def _shape_name(self, shape: MapShape) -> None:
         if shape.kind == "fence":
             return
@@ -185,7 +211,7 @@ class _Map:
         self.places.take(Rect(x - half, y - half, x + half, y + half))
 
     def _names(self) -> None:
-        order = {"base": 0, "event": 1, "find": 1, "place": 2, "port": 3, "station": 3}
+        order = {"base": 0, "event": 1, "find": 1, "place": 2, "port": 3, "station": 3, "park": 3}
         named = [mark for mark in self.scene.marks if mark.kind in order]
         taken: set[tuple[str, int, int]] = set()
         for mark in sorted(named, key=lambda one: order[one.kind]):
@@ -380,6 +406,8 @@ def _entries(scene: MapScene) -> list[Any]:
                 Line2D([], [], marker=shape, markersize=min(size, 7), color=face, markeredgecolor="black", linestyle="",
                        label=word)
             )  # fmt: skip
+    if scene.lanes:
+        entries.append(Line2D([], [], color=LANE, linewidth=3.0, label="route"))
     for kind, (edge, face, _) in _SHAPES.items():
         if any(shape.kind == kind and not shape.forbidden for shape in scene.shapes):
             entries.append(

@@ -11,7 +11,7 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.show.clean import cleaned, cut
-from formiga_bt.show.facts import Chart, MapMark, MapShape, Point, Track
+from formiga_bt.show.facts import Chart, MapLane, MapMark, MapShape, Point, Track
 from formiga_bt.show.gantt.text import wrapped
 from formiga_bt.show.map.labels import along
 from formiga_bt.show.map.view import AgentWalk, MapScene, outside_in_words, scene_of, turns_of
@@ -30,12 +30,16 @@ _PLAIN_ARROWS: Final = ("^", "^", ">", "v", "v", "v", "<", "^")
 _DOTS: Final = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 
 
+KINDS: Final = ("base", "port", "station", "park", "place", "landing", "event", "find")
+
+
 class MapSigns(Struct, frozen=True):
     """The characters of a map."""
 
     base: str
     port: str
     station: str
+    park: str
     place: str
     landing: str
     event: str
@@ -43,6 +47,7 @@ class MapSigns(Struct, frozen=True):
     person: str
     fence: str
     border: str
+    lane: str
     forbidden: str
     arrows: tuple[str, ...]
     cut: str
@@ -52,11 +57,13 @@ class MapSigns(Struct, frozen=True):
 
 
 PLAIN: Final = MapSigns(
-    base="B", port="o", station="o", place="x", landing="v", event="*", find="!", person="@", fence="=", border=".",
+    base="B", port="o", station="o", park="p", place="x", landing="v", event="*", find="!", person="@", fence="=", border=".",
+    lane=":",
     forbidden="/", arrows=_PLAIN_ARROWS, cut="~", corner="+", across="-", up="|",
 )  # fmt: skip
 FINE: Final = MapSigns(
-    base="⊕", port="□", station="▫", place="•", landing="▽", event="★", find="◆", person="☻", fence="═", border="·",
+    base="⊕", port="□", station="▫", park="▪", place="•", landing="▽", event="★", find="◆", person="☻", fence="═", border="·",
+    lane="┊",
     forbidden="╱", arrows=_ARROWS, cut="…", corner="┼", across="─", up="│",
 )  # fmt: skip
 
@@ -95,6 +102,8 @@ class _Map:
         self._grid(step)
         for shape in self.scene.shapes:
             self._shape(shape)
+        for lane in self.scene.lanes:
+            self._lane(lane)
         for number, walk in enumerate(self.scene.walks):
             self._walk(number, walk)
         self._marks()
@@ -142,6 +151,16 @@ class _Map:
         for x, y in along(corners, 0.5):
             self._put(int(y), int(x), sign, ink)
 
+    def _lane(self, lane: MapLane) -> None:
+        """Draw an edge of the routes, and where it is driven one way only an arrow in its middle."""
+        ends = [self._fine(lane.start), self._fine(lane.end)]
+        for x, y in along(ends, 0.5):
+            self._put(int(y), int(x), self.look.lane, "dim")
+        if lane.one_way:
+            (ax, ay), (bx, by) = ends
+            arrow = self._arrow((round(ay * 9), round(ax * 9)), (round(by * 9), round(bx * 9)))
+            self._put(int((ay + by) / 2), int((ax + bx) / 2), arrow, "dim")
+
     def _fill(self, shape: MapShape) -> None:
         corners = [self._fine(c) for c in shape.corners]
         for row in range(self.down):
@@ -150,7 +169,7 @@ class _Map:
                     self._put(row, column, self.look.forbidden, "red")
 
     def _marks(self) -> None:
-        rank = {"place": 0, "port": 1, "station": 1, "landing": 2, "base": 3, "event": 4, "find": 4}
+        rank = {"place": 0, "park": 0, "port": 1, "station": 1, "landing": 2, "base": 3, "event": 4, "find": 4}
         for mark in sorted(self.scene.marks, key=lambda one: rank[one.kind]):
             row, column = self._cell(mark.at)
             self._put(row, column, self._sign(mark), "bold")
@@ -194,7 +213,7 @@ class _Map:
     # -- names ---------------------------------------------------------------------------------------------------
     def _names(self) -> None:
         people = [(walk.end, walk.agent) for walk in self.scene.walks if walk.human]
-        order = {"base": 0, "event": 1, "find": 1, "place": 3, "port": 4, "station": 4}
+        order = {"base": 0, "event": 1, "find": 1, "place": 3, "port": 4, "station": 4, "park": 4}
         marks = sorted((m for m in self.scene.marks if m.kind in order), key=lambda one: order[one.kind])
         first = [(m.at, m.name) for m in marks if m.kind in ("base", "event", "find")]
         rest = [(m.at, m.name) for m in marks if m.kind not in ("base", "event", "find")]
@@ -227,8 +246,9 @@ class _Map:
         for shape in self.scene.shapes:
             if shape.kind == "searched":
                 yield StyledLine.of(cut(self._clean(f"{look.border * 2} {shape.name}"), width, look.cut), "dim")
-        kinds = [f"{getattr(look, kind)} {kind}" for kind in ("base", "port", "station", "place", "landing", "event", "find")
-                 if any(mark.kind == kind for mark in self.scene.marks)]  # fmt: skip
+        drawn = {mark.kind for mark in self.scene.marks}
+        kinds = [f"{getattr(look, kind)} {kind}" for kind in KINDS if kind in drawn]
+        kinds += [f"{look.lane * 2} route"] if self.scene.lanes else []
         kinds += [f"{look.person} person"] if any(walk.human for walk in self.scene.walks) else []
         kinds += [f"{look.fence * 2} fence"] if any(shape.kind == "fence" for shape in self.scene.shapes) else []
         if any(shape.kind != "fence" for shape in self.scene.shapes):

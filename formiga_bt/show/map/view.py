@@ -5,7 +5,7 @@ by, unless the whole site is asked for; what lies outside is told in words.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.machines import Mobility
-from formiga_bt.show.facts import Chart, MapMark, MapShape, Point, Track
+from formiga_bt.show.facts import Chart, MapLane, MapMark, MapShape, Point, Track
 
 LEAST_M: Final = 20.0
 """A map is at least so wide."""
@@ -54,7 +54,11 @@ class MapArea(Struct, frozen=True):
 
     def cuts(self, shape: MapShape) -> bool:
         """Return whether some of an area's border or inside may be seen."""
-        easts, norths = [c.east_m for c in shape.corners], [c.north_m for c in shape.corners]
+        return self.crossed(shape.corners)
+
+    def crossed(self, points: Sequence[Point]) -> bool:
+        """Return whether the bounds of some points reach into the view."""
+        easts, norths = [c.east_m for c in points], [c.north_m for c in points]
         if not easts or max(easts) < self.west or min(easts) > self.east:
             return False
         return not (max(norths) < self.south or min(norths) > self.north)
@@ -112,6 +116,7 @@ class MapScene(Struct, frozen=True, kw_only=True):
     marks: tuple[MapMark, ...]
     shapes: tuple[MapShape, ...]
     walks: tuple[AgentWalk, ...]
+    lanes: tuple[MapLane, ...] = ()
     outside: tuple[str, ...] = ()
     """Names of what is not in view."""
     notes: tuple[str, ...] = ()
@@ -130,15 +135,17 @@ def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = 
     inner = [point for walk in shown for point in walk.points]
     marks = tuple(mark for mark in chart.marks if _is_finite(mark.at))
     shapes = tuple(s for s in chart.shapes if len(s.corners) > 1 and all(_is_finite(c) for c in s.corners))
+    lanes = tuple(lane for lane in chart.lanes if _is_finite(lane.start) and _is_finite(lane.end))
     if whole or not inner:
         points = [*inner, *(m.at for m in marks), *(c for s in shapes for c in s.corners)]
+        points += [point for lane in lanes for point in (lane.start, lane.end)]
     else:
         points = [*inner, *(m.at for m in marks if m.kind == "base")]
     view = _around(points, ratio)
     seen = tuple(mark for mark in marks if view.holds(mark.at))
     seen = (*(mark for mark in seen if mark.kind != "event"), *_together(mark for mark in seen if mark.kind == "event"))
     areas = tuple(shape for shape in shapes if view.cuts(shape) and not _is_around(shape, view))
-    outside = [m.name for m in marks if not view.holds(m.at) and m.kind in ("base", "port", "station", "place")]
+    outside = [m.name for m in marks if not view.holds(m.at) and m.kind in ("base", "port", "station", "park", "place")]
     outside += [shape.name for shape in shapes if shape not in areas]
     notes = []
     if len(walks) > len(shown):
@@ -148,7 +155,13 @@ def scene_of(chart: Chart, *, whole: bool = False, ratio: tuple[float, float] = 
     if not walks:
         notes.append("nobody has moved yet")
     return MapScene(
-        view=view, marks=seen, shapes=areas, walks=shown, outside=tuple(dict.fromkeys(outside)), notes=tuple(notes)
+        view=view,
+        marks=seen,
+        shapes=areas,
+        walks=shown,
+        outside=tuple(dict.fromkeys(outside)),
+        notes=tuple(notes),
+        lanes=tuple(lane for lane in lanes if view.crossed((lane.start, lane.end))),
     )
 
 

@@ -15,13 +15,13 @@ import pytest
 
 from formiga_bt.base.durable import private_folder
 from formiga_bt.base.person_secrets import LEAST_N, Hashed, hashed, write_secret
-from formiga_bt.cli.author.starts import start
+from formiga_bt.cli.author.starts import start as first_file
 from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.services.host import EngineHost
 from tests.unit.services.wire import Wire
 
 TREES = {
-    "hello.yaml": start("hello"),
+    "hello.yaml": first_file("hello"),
     "ask.yaml": """\
 formiga: 1
 task: Ask
@@ -175,7 +175,7 @@ def cheap(secret: str) -> Hashed:
 
 def starter(tmp_path: Path) -> Start:
     """Return what starts a service in a folder; options go to `EngineHost`."""
-    (tmp_path / "site.yaml").write_text(start("site").replace("@site", "meadow"), encoding="utf-8")
+    (tmp_path / "site.yaml").write_text(first_file("site").replace("@site", "meadow"), encoding="utf-8")
 
     @contextmanager
     def begin(*, auto: bool = True, **options: Any) -> Iterator[Service]:

@@ -4,13 +4,14 @@ import math
 
 import pytest
 
-from formiga_bt.show.facts import Chart, MapMark, Point, Track
+from formiga_bt.show.facts import Chart, MapLane, MapMark, Point, Track
 from formiga_bt.show.map.figure import _Map
 from formiga_bt.show.map.files import made
 from formiga_bt.show.map.labels import Rect, TakenSpace
 from formiga_bt.show.map.text import drawn
 from formiga_bt.show.map.view import scene_of, turns_of
 from formiga_bt.show.picture import Tips, extent, fixed_style
+from formiga_bt.show.styled import StyledLine
 from tests.golden import Wording, having
 from tests.unit.show.flown import SITE
 
@@ -76,7 +77,7 @@ B base   o port   x place   v landing   @ person   == fence
 """
 
 
-def plain(lines: list) -> str:
+def plain(lines: list[StyledLine]) -> str:
     return "".join(line.plain + "\n" for line in lines)
 
 
@@ -220,3 +221,34 @@ def test_a_picture_is_the_same_each_time_and_a_page_hides_agents() -> None:
     assert "src=" not in page
     assert "<image" not in page
     assert made(SITE, "png").startswith(b"\x89PNG")
+
+
+def hall() -> Chart:
+    """Return a site with routes: a triangle, one side of it one way only, with a place to park."""
+    corner, top, east = Point(0, 0), Point(30, 20), Point(60, 0)
+    lanes = (
+        MapLane(name="top-corner", start=top, end=corner, one_way=True), MapLane(name="top-east", start=top, end=east),
+        MapLane(name="corner-east", start=corner, end=east),
+    )  # fmt: skip
+    marks = (MapMark(name="bay", kind="park", at=top), MapMark(name="s1", kind="station", at=east))
+    return Chart(site="hall", at=0, marks=marks, shapes=(), tracks=(), lanes=lanes)
+
+
+def test_routes_are_drawn_and_where_they_are_one_way(wording: Wording) -> None:
+    wording(plain(drawn(hall(), 60)) + plain(drawn(hall(), 60, ascii_only=True)))
+
+
+def test_a_picture_has_the_routes_and_what_they_are_called() -> None:
+    svg = made(hall(), "svg").decode()
+
+    assert "route top-corner, one way" in svg
+    assert "route corner-east" in svg
+    assert "parking" in svg
+
+
+def test_routes_of_far_away_are_not_drawn() -> None:
+    far = MapLane(name="far", start=Point(5000, 0), end=Point(5010, 0))
+    way = Track(agent="r", type="rover", mobility="ground", times=(0, 1), points=(Point(0, 0), Point(30, 0)))
+    chart = Chart(site="s", at=0, marks=(), shapes=(), tracks=(way,), lanes=(far, *hall().lanes))
+
+    assert [lane.name for lane in scene_of(chart).lanes] == ["top-corner", "top-east", "corner-east"]
