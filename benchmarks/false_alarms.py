@@ -217,8 +217,8 @@ def run(task: Task, index: int, limit_s: float = LIMIT_S) -> Ended:
         tuple(requests), case.faults, case.orders, file="scenarios",
     )  # fmt: skip
     played = VirtualRun(scenario)
-    mocks = Mocks(case, task.name, played.rehearsal.scheduler, dict)
-    mocks.install(played.rehearsal.sim)
+    mocks = Mocks(case, task.name, played, dict)
+    mocks.install()
     try:
         in_time = played.run(limit_s)
         record = next((t for t in played.rehearsal.engine.state.tasks.values() if t.name == task.name), None)

@@ -231,8 +231,8 @@ def trace_of(cases: CaseFile, index: int, task: Task) -> Trace:
         (ScenarioTask(0, task.name, case.params, wait=patience(task)),), case.faults, case.orders, file="scenarios",
     )  # fmt: skip
     run = VirtualRun(scenario)
-    mocks = Mocks(case, task.name, run.rehearsal.scheduler, dict)
-    mocks.install(run.rehearsal.sim)
+    mocks = Mocks(case, task.name, run, dict)
+    mocks.install()
     try:
         in_time = run.run(LIMIT_S)
         return _trace(run, in_time)

@@ -362,6 +362,11 @@ class VirtualRun:
             self._pace(self.rehearsal.now)
         return self._table.is_done and self.rehearsal.ended()
 
+    def carry_out(self, entry: Entry) -> None:
+        """Let a fault befall now, give an order or submit a task, whatever the timetable says."""
+        world = self.rehearsal
+        self.played.carry_out(entry, world.now, world.sim, world.ask, world.engine.state.tasks)
+
     def verdict(self) -> Verdict:
         """Return what the referee found until now."""
         return self.rehearsal.referee.verdict(self.rehearsal.now)
@@ -373,7 +378,7 @@ class VirtualRun:
     def _next(self) -> None:
         world = self.rehearsal
         for entry in self._table.due(world.now):
-            self.played.carry_out(entry, world.now, world.sim, world.ask, world.engine.state.tasks)
+            self.carry_out(entry)
         at = self._table.next_time()
         if at is not None:
             world.scheduler.call_at(at, self._next)

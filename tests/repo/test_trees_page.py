@@ -11,6 +11,7 @@ import pytest
 from formiga_bt.base.units import LIKELY, format_quantity
 from formiga_bt.lang.model import Param, Role, Task
 from formiga_bt.lang.request.profiles import load_profile
+from formiga_bt.rehearsal.cases.during import DURING
 from formiga_bt.rehearsal.cases.judging import judge
 from formiga_bt.rehearsal.cases.options import AGENT, ANSWER, CASE, EXPECT, GOAL
 from formiga_bt.rehearsal.cases.reading import load_cases
@@ -115,7 +116,9 @@ def test_the_example_of_a_profile_can_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [CASE, AGENT, ANSWER, GOAL, EXPECT], ids=["case", "agent", "answer", "goal", "expect"]
+    "options",
+    [CASE, AGENT, ANSWER, GOAL, DURING, EXPECT],
+    ids=["case", "agent", "answer", "goal", "during", "expect"],
 )
 def test_the_guide_names_every_key(options: tuple) -> None:  # type: ignore[type-arg]
     assert [option.name for option in options if not re.search(rf"`{option.name}\b", GUIDE)] == []

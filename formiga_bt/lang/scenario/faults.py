@@ -1,6 +1,6 @@
 """Reads the faults of a scenario. One that lasts for a while becomes two: its begin and its end."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,10 +24,10 @@ _FOR_ALL = ("wind",)
 """Faults that befall every drone if no agent is named."""
 
 
-def read_faults(book: Book) -> list[ScenarioFault]:
-    """Return the faults of a scenario, begins and ends, as they are written."""
+def read_faults(book: Book, mappings: Iterable[Mapping_] | None = None) -> list[ScenarioFault]:
+    """Return faults, begins and ends, as they are written: these, or all of a scenario."""
     found = []
-    for mapping in book.keys.mappings("faults", "fault"):
+    for mapping in book.keys.mappings("faults", "fault") if mappings is None else mappings:
         found += _fault(book, mapping)
     return found
 

@@ -16,9 +16,10 @@ Target = Literal["agent", "task", "all", "site"]
 _WORDS: Mapping[str, OrderWord] = {one: one for one in ORDERS}  # type: ignore[misc]  # its keys are the words
 
 
-def read_orders(book: Book, tasks: Iterable[str]) -> list[ScenarioOrder]:
-    """Return the orders of a scenario as they are written; `tasks` are the names of those it requests."""
-    return _Orders(book, tuple(dict.fromkeys(tasks))).read()
+def read_orders(book: Book, tasks: Iterable[str], mappings: Iterable[Mapping_] | None = None) -> list[ScenarioOrder]:
+    """Return orders as they are written, these or all of a scenario; `tasks` are the names of those it requests."""
+    every = book.keys.mappings("orders", "order") if mappings is None else mappings
+    return _Orders(book, tuple(dict.fromkeys(tasks))).read(every)
 
 
 class _Orders:
@@ -29,10 +30,10 @@ class _Orders:
         self.problems = book.problems
         self.tasks = tasks
 
-    def read(self) -> list[ScenarioOrder]:
+    def read(self, mappings: Iterable[Mapping_]) -> list[ScenarioOrder]:
         """Read all of them."""
         found = []
-        for mapping in self.book.keys.mappings("orders", "order"):
+        for mapping in mappings:
             if mapping.get("lockdown") is not None:
                 order = self._lockdown(mapping)
             elif mapping.get("abort") is not None:

@@ -103,6 +103,7 @@ KEY_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
         "whom": "of",
         "output": "save_as",
         "register": "save_as",
+        "within": "max_time",
     }
 )
 """Options of other languages."""
@@ -122,6 +123,7 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
         "wait_while": "wait_until: not ...",
         "memory": "a sequence remembers where it was; reactive: true re-checks its checks",
         "on_breach": "what follows a breach is the site's word (site.yaml) or the agent type's (catalogue)",
+        "within": "timeout: bounds a step or a task; expect: {max_time: 20 min} what a case of a test takes",
         "loop": "repeat: N for a number of rounds, for: for a list, while: for a condition",
     }
 )

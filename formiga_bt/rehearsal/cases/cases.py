@@ -1,7 +1,7 @@
 """What a checked test file is made of: cases, the rules of their mocks, and what each expects; all frozen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 from formiga_bt.base.clock import Micros
@@ -63,6 +63,36 @@ class GoalRule:
 
 
 @dataclass(frozen=True, slots=True)
+class DuringRule:
+    """A fault or an order in the course of a goal; its time counts from the beginning of that."""
+
+    mark: Mark
+    who: str
+    """A role of the task, or an agent's id."""
+    action: str
+    nth: int
+    """Of these goals in the case, from 1."""
+    entry: ScenarioFault | ScenarioOrder
+    whose: bool
+    """Whether the fault befalls who does the goal, whoever that is."""
+
+    @property
+    def told(self) -> str:
+        """Return the rule in words, for people."""
+        return f"what befalls during {self.who}.{self.action} number {self.nth}"
+
+    def befalls(self, agent: str) -> ScenarioFault | ScenarioOrder:
+        """Return what befalls when this agent does the goal."""
+        if self.whose and isinstance(self.entry, ScenarioFault):
+            return replace(self.entry, agent=agent)
+        return self.entry
+
+
+Rule = AnswerRule | GoalRule | DuringRule
+"""What a case says of questions and goals of its task."""
+
+
+@dataclass(frozen=True, slots=True)
 class Expect:
     """What must have come. None = nothing is said of it."""
 
@@ -97,6 +127,7 @@ class Case:
     faults: tuple[ScenarioFault, ...] = ()
     orders: tuple[ScenarioOrder, ...] = ()
     """With `abort_at` as an order among them."""
+    during: tuple[DuringRule, ...] = ()
     results: tuple[ScenarioResult, ...] = ()
     now: Micros | None = None
     """Engine time of the request; None: as every rehearsal begins."""

@@ -8,7 +8,8 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.lang.codes import is_code
-from formiga_bt.rehearsal.cases.cases import GAP, AnswerRule, Case, GoalRule, Standing
+from formiga_bt.lang.scenario import ScenarioOrder
+from formiga_bt.rehearsal.cases.cases import GAP, Case, DuringRule, GoalRule, Rule, Standing
 from formiga_bt.rehearsal.cases.running import Came, SentGoal
 
 
@@ -20,7 +21,7 @@ class Differs:
     expected: str
     came: str
     lines: tuple[str, ...] = ()
-    rule: AnswerRule | GoalRule | None = None
+    rule: Rule | None = None
     """Of answers and goals: the rule of the case that never counted."""
 
     def __str__(self) -> str:
@@ -41,12 +42,19 @@ def judge(case: Case, came: Came) -> list[Differs]:
         *_safety(case, came),
         *_rules(case, came),
     ]
-    found += [Differs("answers", "", _never(rule), rule=rule) for rule in came.unused]
+    found += [Differs(_key_of(rule), "", _never(rule), rule=rule) for rule in came.unused]
     found += [Differs("answers", "", text) for text in came.no_use]
+    found += [Differs("faults", "", text) for text in came.too_late]
     return found + [Differs("orders", "", text) for text in came.refused_orders]
 
 
-def _never(rule: AnswerRule | GoalRule) -> str:
+def _key_of(rule: Rule) -> str:
+    if isinstance(rule, DuringRule):
+        return "orders" if isinstance(rule.entry, ScenarioOrder) else "faults"
+    return "answers"
+
+
+def _never(rule: Rule) -> str:
     fails = isinstance(rule, GoalRule) and rule.does == "fail"
     did = "failed: it did not come, or ended before" if fails else "came"
     return f"{rule.mark.said}: {rule.told} never {did}"

@@ -10,11 +10,13 @@ from typing import Final
 
 from agents_sim.machine import Machine
 from agents_sim.person import Person
-from agents_sim.world import SimAgent, SimFleet
+from agents_sim.world import SimAgent
 from formiga_bt.base.asking import CONFIRM
-from formiga_bt.base.clock import Scheduler, Timer, micros
+from formiga_bt.base.clock import Timer, micros
 from formiga_bt.base.diagnostics import Mark
-from formiga_bt.rehearsal.cases.cases import AnswerRule, Case, GoalRule
+from formiga_bt.lang.scenario import ScenarioFault, ScenarioOrder
+from formiga_bt.rehearsal.cases.cases import AnswerRule, Case, GoalRule, Rule
+from formiga_bt.rehearsal.simulation import VirtualRun
 from formiga_bt.transport.messages import TERMINAL, GoalRequest
 
 CLEARANCE: Final = frozenset({"clear", "wait", "refuse"})
@@ -40,14 +42,15 @@ class Mocks:
     Args:
         case: whose rules.
         task_name: goals and questions of its runs count.
-        scheduler: engine time.
+        run: which plays the case.
         roles: who has which role now.
     """
 
-    def __init__(self, case: Case, task_name: str, scheduler: Scheduler, roles: Roles) -> None:
+    def __init__(self, case: Case, task_name: str, run: VirtualRun, roles: Roles) -> None:
         self.used = Used()
-        self.scheduler = scheduler
-        self._answers, self._goals = case.answers, case.goals
+        self.scheduler = run.rehearsal.scheduler
+        self._answers, self._goals, self._during = case.answers, case.goals, case.during
+        self._run = run
         self._task = f"{task_name}-"
         self._roles = roles
         self._counts: dict[tuple[str, str], int] = {}
@@ -57,9 +60,9 @@ class Mocks:
         """Number of a question -> the rule that answers it, whoever is asked."""
         self._turns: dict[str, int] = {}
 
-    def install(self, fleet: SimFleet) -> None:
-        """Stand before every agent of a fleet."""
-        for agent in fleet.agents.values():
+    def install(self) -> None:
+        """Stand before every agent of the fleet."""
+        for agent in self._run.rehearsal.sim.agents.values():
             agent.front.stand_in = _StandIn(self, agent)
 
     def counts(self, request: GoalRequest) -> bool:
@@ -103,6 +106,10 @@ class Mocks:
         names = [agent, *(role for role, agents in self._roles().items() if agent in agents)]
         for name in names:
             self._counts[name, action] = self._counts.get((name, action), 0) + 1
+        for one in self._during:
+            if one.action == action and one.who in names and one.nth == self._counts[one.who, action]:
+                self.used.rules.add(one.mark)
+                self._later(one.befalls(agent))
         for rule in self._goals:
             if rule.action == action and rule.who in names and rule.nth in (None, self._counts[rule.who, action]):
                 if rule.does != "fail":
@@ -110,10 +117,13 @@ class Mocks:
                 return rule
         return None
 
-    def unused(self) -> Sequence[AnswerRule | GoalRule]:
-        """Return the rules that never counted."""
-        rules: tuple[AnswerRule | GoalRule, ...] = (*self._answers, *self._goals)
-        return [rule for rule in rules if rule.mark not in self.used.rules]
+    def _later(self, entry: ScenarioFault | ScenarioOrder) -> None:
+        self.scheduler.call_at(self.scheduler.now() + entry.at, lambda: self._run.carry_out(entry))
+
+    def unused(self) -> Sequence[Rule]:
+        """Return the rules that never counted; a fault that lasts is one rule, its end too."""
+        rules: tuple[Rule, ...] = (*self._answers, *self._goals, *self._during)
+        return list({rule.mark: rule for rule in rules if rule.mark not in self.used.rules}.values())
 
 
 class _StandIn:

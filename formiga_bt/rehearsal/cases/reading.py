@@ -26,14 +26,13 @@ from formiga_bt.lang.scenario import own_tasks, site_at
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.clock import in_zone, read_now
 from formiga_bt.lang.scenario.entries import START, ScenarioOrder
-from formiga_bt.lang.scenario.faults import read_faults
-from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import read_params, written_params
 from formiga_bt.lang.scenario.results import read_results
 from formiga_bt.lang.text.document import Mapping_, Scalar
 from formiga_bt.lang.text.reading import Problems, did_you_mean, shorten
 from formiga_bt.rehearsal.cases.agents import CaseAgents
 from formiga_bt.rehearsal.cases.cases import Case, CaseFile
+from formiga_bt.rehearsal.cases.during import read_befalls
 from formiga_bt.rehearsal.cases.expecting import read_expect
 from formiga_bt.rehearsal.cases.options import CASE, FILE
 from formiga_bt.rehearsal.cases.rules import read_rules
@@ -178,15 +177,16 @@ class _Reader:
             agents = CaseAgents(book, task).read()
             params = self._params(book, task, keys, mapping.mark)
             answers, goals = read_rules(book, task)
-            faults = sorted(read_faults(book), key=lambda fault: fault.at)
-            orders = sorted([*read_orders(book, [task.name]), *_abort(book, task)], key=lambda order: order.at)
+            befalls = read_befalls(book, task)
+            faults = sorted(befalls.faults, key=lambda fault: fault.at)
+            orders = sorted([*befalls.orders, *_abort(book, task)], key=lambda order: order.at)
             results = read_results(book)
             expect = read_expect(book, task, goals)
         if name is None or expect is None:
             return None
         return Case(
-            name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders), results,
-            now, keys.number("limit"),
+            name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders),
+            tuple(befalls.during), results, now, keys.number("limit"),
         )  # fmt: skip
 
     def _params(self, book: Book, task: Task, keys: Keys, mark: Mark) -> dict[str, Any]:

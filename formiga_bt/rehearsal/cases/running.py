@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from agents_sim.referee import Verdict
 from formiga_bt.base.asking import CONFIRM
@@ -13,11 +14,11 @@ from formiga_bt.engine.kernel.inputs import EngineStep, NotifyPeople, SendGoal
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.lang.places import steps_around
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
-from formiga_bt.rehearsal.cases.cases import AnswerRule, Case, CaseFile, GoalRule
+from formiga_bt.rehearsal.cases.cases import Case, CaseFile, Rule
 from formiga_bt.rehearsal.cases.coverage import Coverage
 from formiga_bt.rehearsal.cases.mocks import Mocks
 from formiga_bt.rehearsal.rehearsal import patience
-from formiga_bt.rehearsal.simulation import VirtualRun
+from formiga_bt.rehearsal.simulation import VirtualRun, describe
 from formiga_bt.rehearsal.spending import RunSpending
 
 
@@ -53,17 +54,19 @@ class Came:
     roles: Mapping[str, tuple[str, ...]]
     """Every role with the agents that it had last."""
     verdict: Verdict
-    unused: tuple[AnswerRule | GoalRule, ...]
+    unused: tuple[Rule, ...]
     """Rules of the case that never counted."""
     no_use: tuple[str, ...]
     """Rules that could not do what they say, in words."""
     failed_at: Mark | None = None
     """Where in the tree the failure was."""
     refused_orders: tuple[str, ...] = ()
+    too_late: tuple[str, ...] = ()
+    """Faults that came when the task had ended, in words."""
     given_up: str = ""
+    """Why it was given up before its time, and which loop used most."""
     rules: Mapping[str, int] = field(default_factory=dict)
     """How many tasks each standing rule requested."""
-    """Why it was given up before its time, and which loop used most."""
 
 
 def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending: RunSpending | None = None) -> Came:
@@ -83,8 +86,9 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
     )  # fmt: skip
     run = VirtualRun(scenario, spending=spending)
     story = _Story(cases)
-    mocks = Mocks(case, cases.task.name, run.rehearsal.scheduler, lambda: _roles_now(run, cases.task.name))
-    mocks.install(run.rehearsal.sim)
+    name = cases.task.name
+    mocks = Mocks(case, name, run, lambda: _roles_now(run, name))
+    mocks.install()
     watched: AbstractContextManager[None] = coverage.watched() if coverage is not None else nullcontext()
     try:
         with watched:
@@ -121,8 +125,17 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         tuple(mocks.used.no_use),
         story.mark_of(task.outcome.failure.step) if task is not None and task.outcome.failure is not None else None,
         tuple(f"{order.order} {order.target} was refused: {why}" for _, order, why in played.orders if why),
+        tuple(
+            f"{describe(fault)} came {(at - ended_at) / 1e6:.0f} s after the end"
+            for at, fault in played.faults
+            if at > ended_at and fault.on and fault.kind not in _NO_MATTER
+        ),
         rules=Counter(t.request.cause.rule for t in state.tasks.values() if t.request.cause and not t.family.parent),
     )
+
+
+_NO_MATTER: Final = ("restart", "thaw", "hand_back", "event")
+"""Faults that may come after the end: what only ends another, and what rules of the site may wait for."""
 
 
 @dataclass(slots=True)

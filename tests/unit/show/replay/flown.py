@@ -114,7 +114,7 @@ def fly(
                  given.orders)
     )  # fmt: skip
     world = run.rehearsal
-    Mocks(given, cases.task.name, world.scheduler, _roles(run, cases.task.name)).install(world.sim)
+    Mocks(given, cases.task.name, run, _roles(run, cases.task.name)).install()
     flown = Flown(into, Ledger(ALL), [])
     flown.where.parent.mkdir(parents=True)
     with Journal(flown.where, SITE, durability="normal") as journal:
