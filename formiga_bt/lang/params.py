@@ -54,7 +54,7 @@ def read_agent_types(names: Sequence[Scalar], types: Mapping[str, AgentType], pr
         if at.text not in types:
             meant = surely(at.text, types)
             what = f"no agent type is called '{at.text}'{did_you_mean(at.text, types)}"
-            problems.add("E020", at.mark, what, types_help(at.text, types), fix_word(at, meant))
+            problems.add("E020", at.mark, what, types_help(at, types), fix_word(at, meant))
         else:
             found.update(dict.fromkeys(descendants(at.text, types)))
     return tuple(found)

@@ -63,6 +63,8 @@ class Operands(Parts):
         mend = "both must be of one kind, or one of them a number" if op in "*/" else "both must be of one kind"
         if "text" in (left.type.name, right.type.name) or left.literal == "text" or right.literal == "text":
             mend = 'texts are joined by writing them in one: "${a} and ${b}"'
+        if op == "+" and left.type.name == "list":
+            mend = f"write {'concat' if right.type.name == 'list' else 'append'}({left.source}, {right.source})"
         self.bad(node, "E013", said, mend)
         return None
 

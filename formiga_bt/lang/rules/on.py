@@ -77,7 +77,7 @@ def _kinds(at: Scalar, types: Mapping[str, AgentType], problems: Problems) -> tu
     if at.text not in types:
         meant = surely(at.text, types)
         what = f"no agent type is called '{shorten(at.text)}'{did_you_mean(at.text, types)}"
-        problems.add("E020", at.mark, what, types_help(at.text, types), fix_word(at, meant))
+        problems.add("E020", at.mark, what, types_help(at, types), fix_word(at, meant))
         return ()
     return descendants(at.text, types)
 

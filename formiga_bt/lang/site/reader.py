@@ -282,7 +282,7 @@ class SiteReader(Points):
         if of.text not in types:
             meant = surely(of.text, types)
             what = f"no agent type is called '{shorten(of.text)}'{did_you_mean(of.text, types)}"
-            self.problems.add("E020", of.mark, what, types_help(of.text, types), fix_word(of, meant))
+            self.problems.add("E020", of.mark, what, types_help(of, types), fix_word(of, meant))
         return types.get(of.text)
 
     def _check_where(self, of: Scalar, kind: AgentType, keys: Keys) -> None:

@@ -15,7 +15,7 @@ from formiga_bt.lang.naming import an_order
 from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.tracking import read_track
-from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, read_held, read_who
+from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, named_first, read_held, read_who
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.text.reading import fix_word, quoted_list, read_mapping, read_text, shorten
 from formiga_bt.lang.text.synonyms import nearest
@@ -33,7 +33,7 @@ def read_do(body: Body, keys: Keys) -> Part | None:
             "E008",
             at.mark,
             f"'do' must be role.Action, this is '{shorten(at.text)}'",
-            f"such as: {an_order(body).removeprefix('do: ')}",
+            named_first(at.text, an_order(body).removeprefix("do: ")),
         )
         return None
     role, word = found[1], found[2]

@@ -8,13 +8,25 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.model import ActionSpec, Who
 from formiga_bt.lang.naming import action_that, comes_down
+from formiga_bt.lang.shipped import actions_help
 from formiga_bt.lang.text.document import Scalar
-from formiga_bt.lang.text.reading import fix_word, quoted_list
+from formiga_bt.lang.text.reading import fix_word
 from formiga_bt.lang.text.synonyms import action_for, is_sure, nearest
 
 _NOT_HELD: Final = "it may be looked at and asked; to command one, declare a role under agents:"
 _NAMED_ONLY: Final = "declare a role under agents: with id: ${%s}, and command that"
 ROLE_ACTION: Final = re.compile(r"([A-Za-z]\w*)\.([A-Za-z]\w*)")
+_COMPUTED: Final = re.compile(r"(?:\$\{ *)?(?:\w+\()?(\w+) *[\[,)].*\.([A-Za-z]\w*)(?: *\})?")
+"""An agent that is computed, as no step names one: `trail[0].GoTo`, `first(crew).GoTo`."""
+
+
+def named_first(text: str, such: str) -> str:
+    """Return what helps who wrote a text where `role.Action` is due; `such` is an example of that."""
+    found = _COMPUTED.fullmatch(text)
+    if found is None:
+        return f"such as: {such}"
+    each = f"for: {{one: ${{{found[1]}}}}} with do: one.{found[2]}"
+    return f"who is commanded has a name: a role of its own, or each of a list, {each}"
 
 
 def read_who(body: Body, name: str, at: Scalar, mark: Mark) -> Who | None:
@@ -87,8 +99,9 @@ def _no_action(body: Body, what: str, word: str, mark: Mark, have: Mapping[str, 
     meant = action_for(word, have)
     guess = f"; did you mean '{meant}'?" if meant else ""
     sure = nearest(word, have) != meant or is_sure(word, meant, have)
-    fix = fix_word(Scalar(word, mark), meant) if sure else None
-    body.problems.add("E021", mark, what + guess, f"actions: {quoted_list(have)}", fix)
+    at = Scalar(word, mark)
+    help_ = actions_help(at, have, elsewhere=word not in body.world.catalogue.actions)
+    body.problems.add("E021", mark, what + guess, help_, fix_word(at, meant) if sure else None)
 
 
 def site_role_names(body: Body) -> tuple[str, ...]:

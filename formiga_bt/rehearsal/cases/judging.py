@@ -68,14 +68,17 @@ def place(mark: Mark | None) -> str:
 def _end(case: Case, came: Came) -> Iterator[Differs]:
     task, expect = came.task, case.expect
     assert task is not None
-    status = task.status.lower() if came.in_time else "no end"
+    status = task.status.lower()
     why = (
         f" ({task.outcome.code}{f': {task.outcome.reason}' if task.outcome.reason else ''}{place(came.failed_at)})"
         if task.outcome.code
         else ""
     )
-    if status != expect.status:
-        yield Differs("status", expect.status, f"{status}{why}" + (f": {came.given_up}" if came.given_up else ""))
+    if not came.in_time:
+        why = came.given_up or f"it had not ended after {_time(came.duration_s)}, the limit of the case"
+        yield Differs("status", expect.status, f"{status} still: {why}")
+    elif status != expect.status:
+        yield Differs("status", expect.status, f"{status}{why}")
     elif expect.code is not None and not is_code(expect.code, task.outcome.code):
         yield Differs("code", expect.code, f"{task.outcome.code or 'none'}{why}")
     if expect.max_time_s is not None and came.duration_s > expect.max_time_s:
