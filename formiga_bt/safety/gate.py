@@ -39,6 +39,8 @@ class GateInput(Struct, frozen=True, kw_only=True, gc=False):
     mobility: Mobility
     reachable: bool
     control: Control
+    quarantined: bool = False
+    """It cannot be trusted now, and this goal is not for safety."""
     safety: bool = False
     """A safety goal replaces whatever runs: it waits for no other goal of its agent."""
     deposed: bool = False
@@ -218,6 +220,8 @@ def _command(ask: GateInput) -> Verdict | None:
         return Hold("control", "handback")
     if not ask.reachable:
         return Hold("suspect", ask.agent)
+    if ask.quarantined:
+        return Hold("quarantined", ask.agent)
     if ask.stopped:
         return Hold("stopped", ask.stopped)
     if ask.locked:

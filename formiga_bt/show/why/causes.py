@@ -73,6 +73,7 @@ CAUSES: Final[Mapping[str, str]] = {
     "gate.lockdown": "the site is locked down",
     "gate.epoch": "another engine commands the site",
     "gate.suspect": "the machine is not heard of",
+    "gate.quarantined": "the machine is quarantined",
     "gate.unreachable": "the agent cannot be reached",
     "gate.draining": "another goal of the machine must end first",
     "gate.held": "the task is HELD",
@@ -277,6 +278,8 @@ class _Waits:
                 return bool(state.counters.get("deposed"))
             case "suspect" | "unreachable":
                 return agent.liveness != "ALIVE" or not agent.present
+            case "quarantined":
+                return agent.pool == "QUARANTINED"
             case "draining":
                 other = state.goals.get(agent.goal)
                 return other is not None and other.in_flight

@@ -79,6 +79,7 @@ GATE: Final[Mapping[str, str]] = {
     "lockdown": "waits: the site is locked down ({text})",
     "epoch": "is not sent any more: {text} commands this site",
     "suspect": "waits until {text} is heard of again",
+    "quarantined": "waits: {text} is quarantined (formiga agents says why)",
     "unreachable": "waits until {text} can be reached",
     "draining": "waits for the end of a former goal ({text})",
     "held": "waits: its task is held",

@@ -49,6 +49,7 @@ def test_nothing_is_sent_while_another_is_in_command(control: str) -> None:
     ("fields", "held"),
     [
         ({"reachable": False}, Hold("suspect", "d1")),
+        ({"quarantined": True}, Hold("quarantined", "d1")),
         ({"busy": "T-1/1/steps/x"}, Hold("draining", "T-1/1/steps/x")),
         ({"held": True}, Hold("held", "T-1")),
         ({"taken": True}, Hold("control", "handback")),
