@@ -7,13 +7,13 @@ import pytest
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.index import StateIndex
-from formiga_bt.engine.kernel.inputs import Abort, AgentSeenInput, UpdateGoal
+from formiga_bt.engine.kernel.inputs import Abort, AgentSeenInput, Operator, UpdateGoal
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.lang.compose import compose
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal.testing import Bench, task_of
+from formiga_bt.rehearsal.testing import Bench, alarms, task_of
 from formiga_bt.show.history.charting import chart
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.records import goal_fact
@@ -201,6 +201,33 @@ def test_nobody_leaves_for_a_station_that_is_taken(made: tuple[Site, Catalogue])
 
     assert hall.rovers["r1"].done == []
     assert hall.gated("r1") in (("route_busy", "r2"), ("route_order", "r1"))
+    hall.check()
+
+
+def test_the_step_of_a_goal_that_waited_and_may_never_go_is_told(made: tuple[Site, Catalogue]) -> None:
+    hall = Hall(made, "r1", "r2")
+    task = hall.go("r1", "s2")
+    assert hall.gated("r1")[0] == "route_busy"
+    hall.rovers["r1"].say(battery=15.1)
+    hall.run_for(11)
+
+    assert hall.task(task).outcome.code == "envelope.reserve"
+    hall.check()
+
+
+def test_who_is_ordered_home_while_all_stations_are_taken_parks_elsewhere(made: tuple[Site, Catalogue]) -> None:
+    """It would wait on the lanes, in the way of others, perhaps for ever."""
+    hall = Hall(made, "r1", "r2")
+    hall.rovers["r3"] = hall.agent("r3", "rover", at=Place(20.0, 0.0))
+    hall.run_for(0.5)
+    hall.ask(Operator("return", "r3", "eve"))
+    hall.run_for(0.5)
+    while hall.record("r3").goal:
+        hall.arrive("r3")
+
+    assert hall.held("r3") == {"bay"}
+    assert hall.engine.state.orders["r3"].state == "done"
+    assert "agent_needs_help" in alarms(hall)
     hall.check()
 
 

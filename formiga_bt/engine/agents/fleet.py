@@ -22,7 +22,6 @@ from formiga_bt.engine.agents.membership import Membership
 from formiga_bt.engine.agents.own_fields import take_fields
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
 from formiga_bt.engine.agents.repeats import Repeats
-from formiga_bt.engine.agents.resting import is_in_its_place
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals

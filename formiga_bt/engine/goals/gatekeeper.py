@@ -225,10 +225,16 @@ class Gatekeeper:
         if goal is None or not goal.path:
             self.room.step_aside(goal_id)
         elif self.routing.has_waited(goal):
+            if goal.section == "recover" and self.routing.leads_elsewhere(goal):
+                self.forget(goal)
+                self._core.put_goal(goal_id, state="again", code="", text="")
+                self._wake(goal_id)
+                return
             found = self._look(goal, patient=True)
             if not isinstance(found[1], Go) and self.routing.step_aside(goal):
                 found = self._look(goal, patient=True)
             self._act(*found)
+            self._wake(goal_id)
 
     # -- time and changes --------------------------------------------------------------------------------------------
     def review(self) -> None:
@@ -249,8 +255,13 @@ class Gatekeeper:
         for goal in waiting:
             if core.state.goals.get(goal.id) is goal:
                 self.try_send(goal.id)
-                if core.state.goals[goal.id].ended:
-                    core.wake(goal.task, goal.owner)
+                self._wake(goal.id)
+
+    def _wake(self, goal_id: str) -> None:
+        """Tell the step of a goal that was looked at again, if it will never go as it is."""
+        goal = self._core.state.goals[goal_id]
+        if goal.ended:
+            self._core.wake(goal.task, goal.owner)
 
     def forget(self, goal: GoalRecord) -> None:
         """A waiting goal was withdrawn, or will never go."""

@@ -13,12 +13,14 @@ from typing import Any, Final
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.base.geo import Place, Position
-from formiga_bt.base.routes import Entry, RouteGraph
+from formiga_bt.base.geo import Place, Position, horizontal_m, way_gap_m
+from formiga_bt.base.routes import THERE_M, Entry, RouteGraph
+from formiga_bt.engine.allocator.drives import REACH_M
 from formiga_bt.engine.allocator.holders import Holders
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import AsideDue
+from formiga_bt.engine.resting import home_of, is_taken
 from formiga_bt.lang.model import ActionSpec
 from formiga_bt.safety.gate import Hold, Refuse
 
@@ -38,6 +40,8 @@ class Routing:
     def __init__(self, core: Core) -> None:
         self._core = core
         self._holders = Holders(core)
+        self._lie_in = _resources_on(core)
+        """Node or edge -> the resources whose region it leads through."""
 
     # -- goals ---------------------------------------------------------------------------------------------------------
     def drives(self, goal: GoalRecord) -> bool:
@@ -92,7 +96,7 @@ class Routing:
             yield Refuse("no_route", f"no route leads from where {agent.id} is to {to}")
             return
         yield self._hop(goal, agent, graph, best, end)
-        round_ = graph.free_way(entries, (to,), lambda part: not self._others(part, agent.id))
+        round_ = graph.free_way(entries, (to,), lambda part: self._is_open(part, agent))
         if round_ is None or round_ == best:
             return
         if patient or agent.aside or _metres(graph, round_) <= DETOUR * _metres(graph, best):
@@ -161,6 +165,15 @@ class Routing:
         self._core.set_deadline(AsideDue(goal.id), self._core.now + PATIENCE_US, goal.task)
         return True
 
+    def leads_elsewhere(self, goal: GoalRecord) -> bool:
+        """Return whether a way home that waits leads to where another machine stands by now, and there is another home."""
+        graph, target = self._core.route_graph, self._target(goal)
+        agent = self._core.state.agents[goal.agent]
+        if graph is None or target is None or not is_taken(self._core, agent, target):
+            return False
+        home = home_of(self._core, agent)
+        return bool(graph.end_at(target)) and home is not None and horizontal_m(target, home) > THERE_M
+
     def step_aside(self, goal: GoalRecord) -> bool:
         """Send a machine that stands in the way to an end that it can come to first; return whether there is one."""
         core, graph = self._core, self._core.route_graph
@@ -175,7 +188,7 @@ class Routing:
         wanted = {core.state.goals[one].path[-1] for one in core.index.driving.values()}
         free = [end for end in graph.ends if end != here and end not in wanted]
         for ends in ([end for end in free if graph.is_aside(end)], free, graph.ends if not stays else ()):
-            found = graph.free_way(entries, ends, lambda part: not self._others(part, agent.id))
+            found = graph.free_way(entries, ends, lambda part: self._is_open(part, agent))
             if found is not None:
                 core.put_agent(agent.id, aside=found[1][-1] if found[1] else found[0].node)
                 return True
@@ -256,8 +269,27 @@ class Routing:
         parts = self._parts(agent, hop.path[0])
         return parts if not here or not graph.nodes[here].is_end else (*parts, *hop.path[1:LOOK_AHEAD])
 
+    def _is_open(self, part: str, agent: AgentRecord) -> bool:
+        """Return whether a machine may go out of its way there: nobody else is, and it needs no resource that it has not."""
+        task = self._core.state.tasks.get(agent.task)
+        units = task.resources.units if task is not None else {}
+        known = all(name in agent.inside or name in units for name in self._lie_in.get(part, ()))
+        return known and not self._others(part, agent.id)
+
     def _others(self, part: str, agent: str) -> tuple[str, ...]:
         return tuple(one for one in self._core.index.on_route.of(part) if one != agent)
+
+
+def _resources_on(core: Core) -> dict[str, tuple[str, ...]]:
+    graph = core.route_graph
+    placed = [one for one in core.site.resources.values() if one.region is not None]
+    if graph is None or not placed:
+        return {}
+    return {
+        part: names
+        for part in graph.parts
+        if (names := tuple(one.name for one in placed if way_gap_m(*graph.line(part), one.region) <= REACH_M))
+    }
 
 
 def _slowed(fields: dict[str, Any], spec: ActionSpec, most: float | None) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.base.machines import MOVING
 from formiga_bt.engine.agents.fleet import Fleet
-from formiga_bt.engine.agents.resting import is_at_home
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
@@ -36,6 +35,7 @@ from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, Stop, TaskRecord
 from formiga_bt.engine.kernel.timers import OrderDue
 from formiga_bt.engine.orders.continuing import cannot, is_done, obstacle, waiting
+from formiga_bt.engine.resting import is_at_home
 from formiga_bt.engine.tasks.recovery import NO_PORT, Recovery, has_no_port
 from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.safety.gate import AT_PORT_M

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.engine.agents.resting import home_of
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.engine.kernel.state import is_member
+from formiga_bt.engine.resting import home_of
 from formiga_bt.lang.model import UnknownState, Unset
 from formiga_bt.lang.site.ground import ground_up_m
 from formiga_bt.lang.types import AgentRef, Value

@@ -12,7 +12,6 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.energy import CALM, reach_m
 from formiga_bt.base.geo import Place
 from formiga_bt.engine.agents.fleet import Fleet
-from formiga_bt.engine.agents.resting import is_at_home, is_in_its_place
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import Core
@@ -20,6 +19,7 @@ from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.kernel.news import AllHome, NoWayHome
 from formiga_bt.engine.kernel.records import AgentRecord, Recovering, TaskRecord
 from formiga_bt.engine.kernel.timers import HomeAgain, HomeOverdue, TaskDue
+from formiga_bt.engine.resting import is_at_home, is_in_its_place
 from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.treerun import Ended, TaskTrees
 from formiga_bt.lang.model import Subtree

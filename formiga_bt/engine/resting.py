@@ -8,10 +8,11 @@
 | ground, anywhere | where it stands | as parked | as parked |
 | fixed, none | where it stands | its place | at once |
 
-On routes a machine belongs at a station or a node marked `park`, and comes home to the nearest one that is free.
+On routes a machine belongs at a station or a node marked `park`. It comes home to the nearest station that is free, and to the
+nearest such node if none is.
 """
 
-from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.base.geo import Place, Position, horizontal_m, is_within
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.lang.model import Station
@@ -34,6 +35,11 @@ def home_of(core: Core, agent: AgentRecord) -> Place | None:
     if agent.mobility == "fixed" and listed is not None and listed.at is not None:
         return listed.at
     return agent.position.ground if agent.position is not None else None
+
+
+def is_taken(core: Core, agent: AgentRecord, spot: Place | Position) -> bool:
+    """Return whether another machine on the ground stands in a place, or is about to."""
+    return _is_taken(core, spot, _taken(core, agent))
 
 
 def is_at_home(core: Core, agent: AgentRecord) -> bool:
@@ -66,17 +72,22 @@ def is_in_its_place(core: Core, agent: AgentRecord) -> bool:
 
 
 def _end_of(core: Core, agent: AgentRecord) -> Place | None:
-    """Return where routes let a machine stay that has no station: where it stands, or the nearest node that is free."""
+    """Return where routes let a machine stay that has no station: where it stands, or the nearest node that is free.
+
+    Not one in a resource: whoever stays there keeps others out.
+    """
     graph, at = core.route_graph, agent.position
     if graph is None or at is None:
         return None
-    here = graph.end_at(at)
-    free = [end for end in graph.ends if end not in core.site.stations and not core.index.on_route.of(end)]
-    end = (
-        here
-        or graph.nearest(at, free)
-        or graph.nearest(at, [one for one in graph.ends if one not in core.site.stations])
-    )
+    placed = [one.region for one in core.site.resources.values() if one.region is not None]
+    parks = [
+        end
+        for end in graph.ends
+        if end not in core.site.stations and not any(is_within(graph.nodes[end].at, region) for region in placed)
+    ]
+    taken = _taken(core, agent)
+    free = [end for end in parks if not core.index.on_route.of(end) and not _is_taken(core, graph.nodes[end].at, taken)]
+    end = graph.end_at(at) or graph.nearest(at, free) or graph.nearest(at, parks)
     return graph.nodes[end].at if end else None
 
 
@@ -91,19 +102,33 @@ def _stations(core: Core, agent: AgentRecord) -> list[Station]:
 
 
 def _station_of(core: Core, agent: AgentRecord) -> Station | None:
-    """Return the station that a machine would go to: the nearest one at which no other stands or is about to."""
+    """Return the station that a machine would go to: its own, or the nearest one at which no other stands or is about to.
+
+    On routes nobody goes to one that is taken: it would wait on the lanes, perhaps for ever.
+    """
     known, at = _stations(core, agent), agent.position
-    if len(known) < 2 or at is None:
+    if not known or at is None or known[0].name == agent.home:
         return known[0] if known else None
+    taken = _taken(core, agent)
+    free = [one for one in known if not _is_taken(core, one.at, taken)]
+    if not free and core.route_graph is not None:
+        return None
+    return min(free or known, key=lambda one: (horizontal_m(one.at, at), one.name))
+
+
+def _taken(core: Core, agent: AgentRecord) -> list[Place]:
+    """Return where other machines on the ground stand, and are about to."""
     others = [one for one in core.state.agents.values() if one.id != agent.id and one.mobility == "ground"]
-    used = [one.position.ground for one in others if one.position is not None]
-    used += [end.ground for goal in core.state.goals.values() if goal.agent != agent.id for end in goal.ends]
+    taken = [one.position.ground for one in others if one.position is not None]
+    taken += [end.ground for goal in core.state.goals.values() if goal.agent != agent.id for end in goal.ends]
     if core.route_graph is not None:
         goals = (core.state.goals[goal_id] for one, goal_id in core.index.driving.items() if one != agent.id)
-        used += [core.route_graph.nodes[goal.path[-1]].at for goal in goals]
-    keep_m = core.site.min_spacing_m
-    free = [one for one in known if not any(horizontal_m(one.at, spot) < keep_m for spot in used)]
-    return min(free or known, key=lambda one: (horizontal_m(one.at, at), one.name))
+        taken += [core.route_graph.nodes[goal.path[-1]].at for goal in goals]
+    return taken
+
+
+def _is_taken(core: Core, spot: Place | Position, taken: list[Place]) -> bool:
+    return any(horizontal_m(spot, one) < core.site.min_spacing_m for one in taken)
 
 
 def _is_near(agent: AgentRecord, spot: Place | None) -> bool:
