@@ -36,6 +36,7 @@ from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Not
 from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, StatusTaken
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import CancelDue, GraceDue, LiveDue, StrayDue
+from formiga_bt.engine.resting import is_in_its_place
 from formiga_bt.safety.site_message import with_site
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
@@ -98,6 +99,9 @@ class Fleet:
                 avoids=card.avoids,
                 heard_wall=wall or old.heard_wall,
             )
+            if old.liveness != "ALIVE" and old.mobility in MOVING:  # where it is now its next status tells
+                self._watch_liveness(core.state.agents[card.id], wall)
+                return
         self._mark_alive(card.id, wall)
 
     def read_anew(self) -> None:

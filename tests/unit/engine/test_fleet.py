@@ -8,9 +8,18 @@ import pytest
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Position
-from formiga_bt.engine.kernel.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
+from formiga_bt.engine.kernel.inputs import (
+    AgentGoneInput,
+    AgentSeenInput,
+    CancelGoal,
+    Operator,
+    QueryGoal,
+    SendGoal,
+    WallDue,
+)
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GraceDue, LiveDue
 from formiga_bt.rehearsal.testing import alarms, effects
+from formiga_bt.transport.cards import AgentCard
 from tests.golden import Wording
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
@@ -219,6 +228,25 @@ def test_a_goal_for_a_suspect_waits_until_it_is_back(make: Make) -> None:
     yard.run_for(2)
     yard.cart.succeed()
     assert yard.end(task) == ("SUCCEEDED", "")
+
+
+def test_a_machine_that_is_back_gets_goals_once_it_has_said_where_it_is(make: Make) -> None:
+    """It may have been carried, or have come home by itself: its card says nothing of that."""
+    yard = make(CART + "steps: [{wait: 1 s}, {do: cart.Home}]")
+    yard.start()
+    yard.cart.silent = True
+    yard.driver.feed(AgentGoneInput("c1"))
+    record = yard.record("c1")
+    yard.driver.feed(AgentSeenInput(AgentCard(id="c1", type=record.type, boot_id=record.boot_id, wire=2,
+                                              mobility=record.mobility, actions=record.actions)))  # fmt: skip
+    yard.run_for(1.5)
+    goal = yard.engine.state.goals["Try-1/1/steps/steps[1]"]
+    assert (goal.state, goal.code) == ("gated", "suspect")
+    yard.cart.say(position=Position(5.0, 0.0, 0.0))
+    yard.run_for(1)
+
+    assert yard.engine.state.goals["Try-1/1/steps/steps[1]"].in_flight
+    assert yard.record("c1").liveness == "ALIVE"
 
 
 def test_a_machine_in_quarantine_gets_nothing_but_queries(make: Make) -> None:
