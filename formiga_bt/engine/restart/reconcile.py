@@ -11,7 +11,7 @@
 While asking, no timer fires: a result that came while nobody listened counts before a deadline that passed. Until a machine was
 heard of, and in the first two phases, nothing but safety goals leaves. A machine that is not as it was left (its control, its
 port, on the ground or in the air) lets its task come back HELD, like a long outage does all tasks. Of the engine's own tasks
-only those are HELD that would start a machine which stands: one in the air goes on home.
+only those are HELD that would have a drone take off: one that flies, and a machine on the ground, goes on home.
 
 `Resumed` is the first input of an engine that goes on from its journal. `Outage` comes from the driver of an engine whose
 process stood still: its trees, and who is connected, are as they were; what it did not hear meanwhile is nobody's silence.
@@ -243,9 +243,9 @@ class Reconcile:
         return task.status in ("ASSIGNED", "ACTIVE", "ENDING") and not task.system.agent and task.section != "recover"
 
     def _is_fetched(self, task: TaskRecord) -> bool:
-        """Return whether the engine was about to have a machine take off to come home: what flies goes on home by itself."""
+        """Return whether the engine was about to have a machine take off to come home: what flies or drives goes on home."""
         agent = self._core.state.agents.get(task.system.agent)
-        return agent is not None and task.system.stop == "return" and agent.landed == "grounded"
+        return agent is not None and agent.flies and task.system.stop == "return" and agent.landed == "grounded"
 
     # -- each step ---------------------------------------------------------------------------------------------------
     def before_input(self, given: inp.Input) -> None:
