@@ -231,6 +231,23 @@ def test_who_is_ordered_home_while_all_stations_are_taken_parks_elsewhere(made: 
     hall.check()
 
 
+def test_a_way_home_leads_elsewhere_once_another_machine_stands_there(made: tuple[Site, Catalogue]) -> None:
+    hall = Hall(made, "r1")
+    hall.rovers["r3"] = hall.agent("r3", "rover", at=Place(40.0, 0.0))
+    hall.run_for(0.5)
+    hall.ask(Operator("return", "r3", "eve"))
+    hall.run_for(0.5)
+    assert hall.rovers["r3"].goal.fields == {"to": {"east_m": 60.0, "north_m": 0.0}}, "on the way to s2"
+    hall.rovers["r2"] = hall.agent("r2", "rover", at=Place(60.0, 10.0))
+    hall.arrive("r3")
+    hall.run_for(11)
+    while hall.record("r3").goal:
+        hall.arrive("r3")
+
+    assert hall.held("r3") == {"bay"}
+    hall.check()
+
+
 def test_a_machine_beside_the_routes_joins_them_at_the_nearest_node(made: tuple[Site, Catalogue]) -> None:
     hall = Hall(made, "r1", at=Place(20.0, 15.0))
     assert hall.held("r1") == set()

@@ -13,7 +13,7 @@ PINS = {
     "an_edge_is_nobodys": (4, "two on one edge"),
     "no_go_is_not_looked_at": (0, "a no-go region entered"),
     "a_door_closes_on_whom_it_likes": (1, "a door closed on a robot"),
-    "a_room_is_let_go_early": (0, "two in the room"),
+    "a_room_is_let_go_early": (1, "two in the room"),
     "what_is_ahead_is_forgotten": (1, "two touched"),
 }
 

@@ -18,6 +18,7 @@ from formiga_bt.engine.kernel.timers import GraceDue
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.causes import cause_of, unwoken, waits
+from tests.simulation.ground import RULES as GROUND
 from tests.simulation.lifecycle import Recorder
 from tests.simulation.standing import RULES as STANDING
 from tests.simulation.standing import between, of_effects, of_step
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from tests.simulation.world import World
 
 RULES: Final = {
-    "two_tasks": "no machine is held by two tasks, none belongs to a task that has ended",
+    "two_tasks": "no machine that is not shared is held by two tasks, none belongs to a task that has ended",
     "claims": "no more units of a resource are held than there are, and none by a task that has ended",
     "ended": "a task that has ended stays as it ended",
     "wait": "whatever a task waits for is of the closed list, and still stands",
@@ -44,6 +45,7 @@ RULES: Final = {
     "rest": "after the calm every task has ended and everything has landed, or is quarantined with an alarm",
     "exception": "the engine raises nothing, no task ends by an exception or runs away",
     **STANDING,
+    **GROUND,
 }
 FOLD_EVERY: Final = 500
 LOOK_US: Final[Micros] = 2 * SECOND
@@ -260,7 +262,7 @@ class Invariants:
             self._holders.get(agent, {}).pop(task.id, None)
         for agent in _machines(task):
             record = self.state.agents.get(agent)
-            if record is None or record.human:
+            if record is None or self.world.engine.core.agent_type(record).shared:
                 continue
             holders = self._holders.setdefault(agent, {})
             holders[task.id] = None
@@ -285,8 +287,8 @@ class Invariants:
             return
         if self.state.counters.get("deposed"):
             return  # another engine cares for them
-        for name, drone in self.world.drones.items():
-            self._look_at(self.state.agents.get(name), drone.is_airborne)
+        for name, body in self.world.machines.items():
+            self._look_at(self.state.agents.get(name), body.is_airborne)
 
     def _look_at(self, agent: AgentRecord | None, airborne: bool) -> None:
         if agent is None:
@@ -303,7 +305,7 @@ class Invariants:
         cared = cared or (goal is not None and goal.state == "canceling" and GraceDue(goal.id) in state.wall)
         # One that said that it stood, flew off without a goal, told so in a step that was not kept, and says nothing since.
         unknown = not agent.may_be_airborne and (agent.heard_at or 0) <= self._resumed and agent.liveness == "LOST"
-        if not airborne or cared or unknown or self.world.drones[agent.id].state().control != "engine":
+        if not airborne or cared or unknown or self.world.machines[agent.id].state().control != "engine":
             self._since.pop(agent.id, None)
             return
         if state.now - self._since.setdefault(agent.id, state.now) > LEFT_US:
@@ -341,9 +343,9 @@ class Invariants:
             self.tell(
                 "rest", f"{task_id} ({task.name}) is still {task.status} in {task.section}: {cause or 'no cause'}"
             )
-        for name, drone in self.world.drones.items():
+        for name, body in self.world.machines.items():
             agent = self.state.agents[name]
-            if drone.is_airborne and (agent.pool != "QUARANTINED" or name not in self._alarmed):
+            if body.is_airborne and (agent.pool != "QUARANTINED" or name not in self._alarmed):
                 self.tell("rest", f"{name} is in the air: {agent.pool} {agent.task} {agent.liveness} {agent.control}")
 
 

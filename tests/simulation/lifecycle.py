@@ -230,7 +230,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     "goal": {
         "-": ("canceling", "gated"),
         "accepted": (
-            "canceled", "canceling", "failed", "in_doubt", "interrupted",
+            "again", "canceled", "canceling", "failed", "in_doubt", "interrupted",
             "lost", "running", "succeeded", "superseded", "taken_over",
         ),
         "again": ("-",),
@@ -247,7 +247,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "lost": ("-",),
         "rejected": ("-",),
         "running": (
-            "canceled", "canceling", "failed", "in_doubt", "interrupted",
+            "again", "canceled", "canceling", "failed", "in_doubt", "interrupted",
             "lost", "succeeded", "superseded", "taken_over",
         ),
         "sent": (

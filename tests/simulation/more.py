@@ -20,6 +20,8 @@ UNSURE_FROM: Final = 40_000
 """The first seed whose drones do not always know whether they stand."""
 HOLDING_FROM: Final = 50_000
 """The first seed whose random trees hold resources of the site."""
+YARD_FROM: Final = 60_000
+"""The first seed that is played in a yard, with machines on the ground (`yard`)."""
 STILL_FROM: Final = 30_000
 """The first seed whose engine's process may stand still."""
 PILOTS: Final = {"ann": 3, "bo": 2}
@@ -49,8 +51,8 @@ def more(drawn: "Plan") -> "Plan":
         asks = tuple(_holding(Random(f"simulation/holding/{drawn.seed}/{n}"), ask) for n, ask in enumerate(asks))
     deeds: list[Deed] = []
     for _ in range(dice.randint(2, 5)):
-        story = dice.choice(RARE) if dice.random() < 0.04 else dice.choice(STORIES)
-        deeds += _story(dice, story, round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
+        which = dice.choice(RARE) if dice.random() < 0.04 else dice.choice(STORIES)
+        deeds += story(dice, which, round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
     real = dice.random() < 0.12
     if real:
         deeds += _words(dice, [ask.task for ask in asks], lasts)
@@ -58,7 +60,7 @@ def more(drawn: "Plan") -> "Plan":
         dice.random() < 0.25 and not drawn.on_file
     )  # how a real file is filled here would undo what is written ahead
     if dice.random() < 0.1:
-        deeds += _story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
+        deeds += story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
     if drawn.seed >= STILL_FROM:
         deeds += _standstills(Random(f"simulation/still/{drawn.seed}"), lasts)
     if drawn.seed >= UNSURE_FROM:
@@ -114,13 +116,14 @@ def _unsure(dice: Random, lasts: float, machines: Sequence[str]) -> list["Deed"]
     return found
 
 
-def _story(dice: Random, story: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:
+def story(dice: Random, which: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:
+    """Return the deeds of a small story."""
     from tests.simulation.plan import Deed
 
     agent, soon = dice.choice(machines), round(at + dice.choice((0.2, 0.6, 1.5, 3.0, 6.0)), 3)
     until = round(at + dice.choice((8.0, 15.0, 30.0, 50.0)), 3)
     stops = ("hold", "return", "land", "cut")
-    match story:
+    match which:
         case "fail":  # what it does fails, in one case in two on a wire that loses much
             deeds = [Deed(soon, "fail", agent)]
             return (
@@ -129,7 +132,8 @@ def _story(dice: Random, story: str, at: float, machines: Sequence[str], people:
                 else deeds
             )
         case "hang":  # its next goals are taken, do not begin, and fail; it may be lost or taken over meanwhile
-            agent = "hwd_1" if dice.random() < 0.3 else agent  # it announces an action that cuts its motors
+            # hwd_1 announces an action that cuts its motors
+            agent = "hwd_1" if "hwd_1" in machines and dice.random() < 0.3 else agent
             deeds = [Deed(at, "hang", agent, much=dice.choice((0.0, 2.0, 20.0, 60.0)), count=dice.randint(1, 3))]
             match dice.choice(("", "cut_off", "freeze", "pilot", "cut")):
                 case "cut_off":
@@ -216,7 +220,7 @@ def _story(dice: Random, story: str, at: float, machines: Sequence[str], people:
             return [Deed(at, "mute", agent), Deed(at + 0.1, "abort", f"@{agent}"), Deed(until, "unmute", agent)]
         case "rival":  # another engine, of a later epoch, commands the site until this one is started again
             return [Deed(at, "rival"), Deed(until, "rival_off")]
-    raise AssertionError(story)
+    raise AssertionError(which)
 
 
 def _pilot(at: float, until: float, agent: str) -> list["Deed"]:

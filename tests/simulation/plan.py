@@ -13,10 +13,11 @@ from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.base.geo import Place, Region
-from formiga_bt.lang.model import Site, SiteAgent
+from formiga_bt.lang.model import Catalogue, Site, SiteAgent, Task
 from formiga_bt.lang.types import AgentRef
-from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, more
-from tests.simulation.trees import TREES, ten_site
+from formiga_bt.rehearsal.testing import packaged_world
+from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, YARD_FROM, more
+from tests.simulation.trees import CHILDREN, TREES, task_of, ten_site
 
 DRONES: Final = (
     ("lwd_1", "lwd", "p5"), ("hwd_1", "hwd", "p7"), ("lwd_2", "lwd", "p6"), ("lwd_3", "lwd", "p9"), ("hwd_2", "hwd", "p10"),
@@ -102,6 +103,15 @@ class Plan(Struct, frozen=True):
         people = tuple((name, kind) for name, kind, _ in self.people)
         return _real_of(self.drones, people) if self.real else _site(self.drones, people)
 
+    @property
+    def catalogue(self) -> Catalogue:
+        """Return the catalogue of the site."""
+        return packaged_world()[1]
+
+    def models(self) -> dict[str, Task]:
+        """Return the tasks that are requested, by the names that they are asked for by."""
+        return {name: task_of(name) for name in dict.fromkeys((*CHILDREN, *(ask.task for ask in self.asks)))}
+
     def specs(self) -> list[AgentSpec]:
         """Return the simulated agents."""
         ports = ten_site().ports
@@ -134,7 +144,11 @@ def _real_of(drones: int, people: tuple[tuple[str, str], ...]) -> Site:
 
 
 def plan(seed: int) -> Plan:
-    """Return the plan of a seed; from `more.MORE_FROM` on it has more in it."""
+    """Return the plan of a seed; from `more.MORE_FROM` on it has more in it, from `more.YARD_FROM` on it is of a yard."""
+    if seed >= YARD_FROM:
+        from tests.simulation.yard import yard_plan
+
+        return yard_plan(seed)
     return more(plan_without(seed)) if seed >= MORE_FROM else plan_without(seed)
 
 
@@ -152,7 +166,7 @@ def plan_without(seed: int) -> Plan:
     )
     machines = [name for name, _, _ in DRONES[:drones]]
     return Plan(
-        seed, drones, people, tuple(asks), _deeds(dice, machines, [name for name, _, _ in people], lasts), lasts,
+        seed, drones, people, tuple(asks), deeds(dice, machines, [name for name, _, _ in people], lasts), lasts,
         on_file=dice.random() < 0.02,
         batteries=tuple(dice.choice((100.0, 100.0, 90.0, 70.0, 40.0)) for _ in machines),
     )  # fmt: skip
@@ -183,7 +197,8 @@ def _ask(dice: Random, drones: int, people: Sequence[tuple[str, str, str]], last
     return Ask(at, task, params[task], priority)
 
 
-def _deeds(dice: Random, machines: Sequence[str], people: Sequence[str], lasts: float) -> tuple[Deed, ...]:
+def deeds(dice: Random, machines: Sequence[str], people: Sequence[str], lasts: float) -> tuple[Deed, ...]:
+    """Return what goes wrong, and what people order."""
     found: list[Deed] = []
     for index in range(dice.choice((5, 6, 8, 10, 14)) + dice.randint(2, 6)):
         near = found and dice.random() < 0.35  # a third of all comes together with something else

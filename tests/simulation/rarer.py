@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from agents_sim.drone import Drone
 from formiga_bt.base.clock import SECOND, Micros
-from formiga_bt.base.geo import Position, horizontal_m
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.transport.messages import ClockBeat, GoalRequest
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 HANG_S: Final = 0.3
 SPACE_M: Final = 3.0
+BESIDE: Final = (Place(14.2, 14.2), Place(16.0, 26.0))
+"""Where people put a machine of the yard down: on no lane, with the no-go region in the straight way to one."""
+CARRIED_APART_M: Final = 6.0
 
 
 class Rarer:
@@ -72,6 +75,8 @@ class Rarer:
                 self._spoils[who] += deed.count
             case "carry":
                 self.carry(who, deed.how or who)
+            case "beside":
+                self.put_beside(who, BESIDE[int(deed.much)])
             case "duty":
                 world.order(inp.Duty(who, deed.how == "on", APPROVER))
             case "approve" | "revoke":
@@ -86,7 +91,7 @@ class Rarer:
         """End all of it."""
         self._hangs.clear()
         self._spoils.clear()
-        for agent in self.world.drones:
+        for agent in self.world.machines:
             self.carry(agent, agent)
 
     # -- goals ---------------------------------------------------------------------------------------------------------
@@ -96,7 +101,7 @@ class Rarer:
     def fail(self, agent: str) -> None:
         """All that an agent (`?`: a person who is asked something) does now fails."""
         if agent == "?":
-            people = [one for name, one in self.world.sim.agents.items() if name not in self.world.drones]
+            people = [one for name, one in self.world.sim.agents.items() if name not in self.world.machines]
             asked = [one.spec.id for one in people if one.side is not None and one.side.active]
             if not asked:
                 return
@@ -105,6 +110,7 @@ class Rarer:
         goals = [] if side is None else [request.goal_id for request in side.active]
         if side is not None and goals:
             self._body(agent).stop()
+            self._body(agent).set_status()  # its news tell where it stopped
             for goal_id in goals:
                 side.finish(goal_id, "failed", code="broken")
 
@@ -114,6 +120,7 @@ class Rarer:
         def fail() -> None:
             side = world.sim[agent].side
             if side is not None:
+                self._body(agent).set_status()
                 side.finish(goal_id, "failed", code="broken")
 
         world.scheduler.call_at(world.now + round(after_s * SECOND) + 1, fail)
@@ -122,19 +129,30 @@ class Rarer:
     def carry(self, agent: str, to: str) -> None:
         """Somebody carries a machine that stands (`?`: any) to a free port: its own, or another's (`?`: of one that flies)."""
         world = self.world
-        flies = {name: drone.is_airborne for name, drone in world.drones.items()}
+        flies = {name: drone.is_airborne for name, drone in world.machines.items()}
         agent = next((name for name in flies if not flies[name]), "") if agent == "?" else agent
         to = next((name for name in reversed(flies) if flies[name]), "") if to == "?" else to
         if not agent or not to:
             return
         body, site = self._body(agent), world.plan.site
+        if not isinstance(body, Drone):
+            return
         port = site.ports[site.agents[to].home].at
         here: Position = body.position()
-        if not isinstance(body, Drone) or body.is_airborne or horizontal_m(here, port) < SPACE_M:
+        if body.is_airborne or horizontal_m(here, port) < SPACE_M:
             return
-        if any(horizontal_m(drone.position(), port) < SPACE_M for drone in world.drones.values()):
+        if any(horizontal_m(drone.position(), port) < SPACE_M for drone in world.machines.values()):
             return
         body.carry(port)
+
+    def put_beside(self, agent: str, spot: Place) -> None:
+        """Somebody puts a machine that stands, and that nobody sends anywhere, beside the lanes."""
+        world, body, record = self.world, self._body(agent), self.world.engine.state.agents.get(agent)
+        if record is None or record.task or record.goal or body._flight is not None:
+            return
+        others = [one.position() for name, one in world.machines.items() if name != agent]
+        if all(horizontal_m(at, spot) > CARRIED_APART_M for at in others):
+            body.carry(spot)
 
     def approve(self, task: str, *, revoke: bool = False) -> None:
         """An approver's word on a task."""

@@ -12,7 +12,7 @@ import pytest
 from tests.shares import in_ci
 from tests.simulation import runs
 from tests.simulation.invariants import Violation
-from tests.simulation.more import HOLDING_FROM, MORE_FROM, STILL_FROM, UNSURE_FROM
+from tests.simulation.more import HOLDING_FROM, MORE_FROM, STILL_FROM, UNSURE_FROM, YARD_FROM
 from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan, plan_without
 from tests.simulation.runs import Report, play
 
@@ -38,6 +38,8 @@ FOUND = {
     8993: "a goal that a pilot's takeover had interrupted was accepted again by the news that told of it",
     15444: "a person whose app did not confirm a cancel was quarantined like a machine",
     50007: "a task that was not resumed was HELD for a word for a goal that was gone",
+    60077: "a machine came home to a bay beside which another one stood, and waited for it on the lanes",
+    60163: "after a long outage a machine on its way home was HELD, and no person could let it go on",
     15815: "an order that replaced another left a way home behind that nobody had ordered",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
@@ -66,6 +68,11 @@ def test_it_holds_with_trees_that_hold_resources() -> None:
     assert violated(range(HOLDING_FROM, HOLDING_FROM + 3)) == []
 
 
+def test_it_holds_in_a_yard() -> None:
+    """Seeds from `YARD_FROM` on: rovers on routes, doors, a lift, a loader, chargers, people."""
+    assert violated(range(YARD_FROM, YARD_FROM + 4)) == []
+
+
 def test_seeds_with_rarer_faults_draw_what_the_others_do_and_more() -> None:
     for seed in range(MORE_FROM, MORE_FROM + 20):
         drawn, before = plan(seed), plan_without(seed)
@@ -85,7 +92,10 @@ def test_it_holds_when_drones_do_not_know_whether_they_stand() -> None:
     assert violated(range(UNSURE_FROM, UNSURE_FROM + 3)) == []
 
 
-BLOCKS = (range(FEW, MORE, 10), *(range(a, a + MORE, 10) for a in (MORE_FROM, STILL_FROM, UNSURE_FROM, HOLDING_FROM)))
+BLOCKS = (
+    range(FEW, MORE, 10),
+    *(range(a, a + MORE, 10) for a in (MORE_FROM, STILL_FROM, UNSURE_FROM, HOLDING_FROM, YARD_FROM)),
+)
 
 
 @pytest.mark.external

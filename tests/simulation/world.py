@@ -7,7 +7,6 @@ A world outlives its engines. Whoever asks while there is none asks again later,
 
 import tempfile
 from collections.abc import Callable, Sequence
-from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any, Final
@@ -17,6 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from agents_sim.drone import Drone
+from agents_sim.machine import Machine
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.drivers.persist import Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
@@ -26,17 +26,17 @@ from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal.rehearsal import Rehearsal
-from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.memory import NO_FAULTS, Faults
 from formiga_bt.transport.messages import GoalRequest
 from tests.reloading import reloaded
 from tests.simulation.ahead import AheadDriver
 from tests.simulation.disk import Disk, Killed, When, bare
+from tests.simulation.ground import Ground
 from tests.simulation.invariants import Invariants
 from tests.simulation.more import MORE_FROM
 from tests.simulation.plan import Ask, Deed, Plan
 from tests.simulation.rarer import Rarer
-from tests.simulation.trees import CHILDREN, task_of
+from tests.simulation.trees import task_of
 
 PERSON: Final = "watcher_1"
 STATUS_EVERY_US: Final[Micros] = 4 * SECOND
@@ -46,17 +46,18 @@ ASK_AGAIN_S: Final = 4.0
 CALM_S: Final = 120.0
 """So long tasks may go on by themselves in the calm; then they are aborted."""
 REST_S: Final = 1200.0
+SWAPPED_PERCENT: Final = 60.0
+"""In the calm people swap the batteries of machines on the ground: one that is flat stands in the way of others."""
 REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy", "not_approved")
 BACKLOG: Final = 60_000
 
 
-@cache
-def _catalogue() -> Catalogue:
-    _, shipped = packaged_world()
+def _patient(known: Catalogue) -> Catalogue:
     types = {
-        name: kind if kind.human else replace(kind, suspect_after_us=SUSPECT_US) for name, kind in shipped.types.items()
+        name: kind if kind.human else replace(kind, suspect_after_us=max(kind.suspect_after_us, SUSPECT_US))
+        for name, kind in known.types.items()
     }
-    return replace(shipped, types=types)
+    return replace(known, types=types)
 
 
 def _unheard(given: inp.Input) -> inp.EngineStep:
@@ -141,12 +142,13 @@ class World:
         self.plan = plan
         self.lines: list[str] = []
         self._loud = story
-        catalogue = _catalogue()
-        tasks = {task.name: task for task in map(task_of, (*CHILDREN, *(ask.task for ask in plan.asks)))}
-        self.names = {task: task_of(task).name for task in dict.fromkeys((*CHILDREN, *(ask.task for ask in plan.asks)))}
+        models = plan.models()
+        tasks = {task.name: task for task in models.values()}
+        self.names = {asked: task.name for asked, task in models.items()}
         self.flight = Rehearsal(
-            plan.site, catalogue, tasks.values(), (), seed=plan.seed, status_every_us=STATUS_EVERY_US, keep_steps=False
-        )
+            plan.site, _patient(plan.catalogue), tasks.values(), (), seed=plan.seed, status_every_us=STATUS_EVERY_US,
+            keep_steps=False,
+        )  # fmt: skip
         self.sim, self.hub, self.scheduler = self.flight.sim, self.flight.hub, self.flight.scheduler
         self._folder = tempfile.TemporaryDirectory() if plan.on_file else None
         file = Path(self._folder.name) / "ten.db" if self._folder is not None else None
@@ -159,7 +161,7 @@ class World:
         self.keeper = Keeper(self)
         self.alive = True
         self._epoch = 0
-        self.drones: dict[str, Drone] = {}
+        self.machines: dict[str, Machine] = {}
         self.rarer = Rarer(self)
         self.stood_until: Micros | None = None
         """When the engine's process went on after it had stood still last."""
@@ -167,6 +169,7 @@ class World:
         self._down: set[str] = set()
         self._frozen: set[str] = set()
         self._piloted: set[str] = set()
+        self._cut: set[str] = set()
         self._death = Deed(0.0, "engine")
         self._deaths: list[int] = []
         """After how many steps each of the next engines dies."""
@@ -181,10 +184,11 @@ class World:
         self._begin_driver(self.flight.driver)
         for spec in plan.specs():
             agent = self.sim.add(spec)
-            if isinstance(agent.body, Drone):
-                self.drones[spec.id] = agent.body
+            if isinstance(agent.body, Machine):
+                self.machines[spec.id] = agent.body
                 self._watch(agent.front)
                 self.rarer.watch(spec.id)
+        self.ground = Ground(self) if plan.site.routes.nodes else None
         self._send = self.hub.transport.send_goal
         self.hub.transport.send_goal = self._sends  # type: ignore[method-assign]
 
@@ -241,6 +245,8 @@ class World:
             code = start(request)
             if not code:
                 self.invariants.begins(request, self.sim[request.agent].boots)
+                if self.ground is not None:
+                    self.ground.begins(request)
             return code
 
         front.start = begin
@@ -475,6 +481,12 @@ class World:
                 self._trouble(deed)
         self.rarer.do(deed)
 
+    def is_troubled(self, agent: str) -> bool:
+        """Return whether the engine may not hear an agent now, or not do anything for it."""
+        hub = self.hub
+        late = hub._own_faults.get(agent, NO_FAULTS) != NO_FAULTS or hub._delay(agent) != hub.delay_us
+        return not self.alive or late or agent in self._down | self._frozen | self._cut
+
     def _stand_still(self, seconds: float) -> None:
         """The engine's process does nothing for so long; orders come when it goes on."""
         self.alive = False
@@ -488,8 +500,10 @@ class World:
         who, sim = deed.whom, self.sim
         match deed.what:
             case "cut_off":
+                self._cut.add(who)
                 sim.lose_link(who)
             case "join":
+                self._cut.discard(who)
                 sim.mend_link(who)
             case "pilot":
                 self._piloted.add(who)
@@ -506,10 +520,10 @@ class World:
             case "mute" | "unmute":
                 sim.never_confirm_cancel(who, deed.what == "mute")
             case "unsure" | "sure":
-                self.drones[who].is_unsure = deed.what == "unsure"
-                self.drones[who].report()
-            case "battery" if self.drones[who].battery() > deed.much:
-                self.drones[who].set_battery(deed.much)
+                self.sim[who].drone.is_unsure = deed.what == "unsure"
+                self.sim[who].drone.report()
+            case "battery" if self.machines[who].battery() > deed.much:
+                self.machines[who].set_battery(deed.much)
             case "event":
                 sim[who].body.tell(deed.how, {})
 
@@ -550,6 +564,8 @@ class World:
         """Play the plan, then calm everything, and look at what is left."""
         self.run_for(1)
         self.rarer.let_fly()
+        if self.ground is not None:
+            self.ground.begin()
         begin = self.now
         for ask in self.plan.asks:
             self.scheduler.call_at(begin + round(ask.at * SECOND), lambda ask=ask: self.ask(ask))  # type: ignore[misc]
@@ -557,6 +573,8 @@ class World:
             self.scheduler.call_at(begin + round(deed.at * SECOND), lambda deed=deed: self.do(deed))  # type: ignore[misc]
         self.run_until(lambda: False, self.plan.calm_at)
         self.calm()
+        if self.ground is not None:
+            self.ground.finish()
 
     def calm(self) -> None:
         """End all faults, let go on what was stopped; tasks end, or are ended; then look."""
@@ -579,7 +597,7 @@ class World:
                 if self.run_until(self.flight.ended, REST_S / 4):
                     break
         self._go_on()
-        for agent in self.drones:
+        for agent in self.machines:
             self.order(inp.Operator("clear", agent, PERSON))
         self.run_until(self._is_quiet, REST_S)
         self.run_for(5)
@@ -601,21 +619,25 @@ class World:
             sim.thaw(agent)
         for agent in sorted(self._down):
             sim.restart(agent)
-        for agent in self.drones:
+        self._cut.clear()
+        for agent, body in self.machines.items():
             sim.never_confirm_cancel(agent, False)
-            self.drones[agent].is_unsure = False
+            if isinstance(body, Drone):
+                body.is_unsure = False
             sim.mend_link(agent)
             sim[agent].front.refusals.clear()
             hub._lost_results[agent] = 0
-            if self.drones[agent].state().control == "pilot":
+            if body.kind.mobility == "ground":
+                body.set_battery(max(body.battery(), SWAPPED_PERCENT))
+            if body.state().control == "pilot":
                 sim.hand_back(agent)
 
     def _go_on(self) -> None:
         """Give back what a pilot or a failsafe has, and let go on what was stopped."""
         self.rarer.let_fly()
-        for index, (agent, drone) in enumerate(self.drones.items()):
-            if drone.state().control != "engine" and not drone.is_airborne:
-                self.sim.hand_back(agent)  # it landed by itself, and somebody went to see it
+        for index, (agent, body) in enumerate(self.machines.items()):
+            if body.state().control != "engine" and not body.is_airborne:
+                self.sim.hand_back(agent)  # it landed or stopped by itself, and somebody went to see it
                 self.run_for(1)
             ways = ("continue", "return", "end")
             for how in (ways[(self.plan.seed + index) % 3], "end"):
@@ -625,13 +647,31 @@ class World:
             if record is not None and record.rebooted and record.pool != "QUARANTINED":
                 self.order(inp.Operator("clear", agent, PERSON))  # somebody has looked at it
         self.order(inp.Operator("continue", "", PERSON))
-        for agent in self.drones:
+        for agent in self.machines:
             self.order(inp.Operator("continue", agent, PERSON))
         for task in list(self.engine.open_tasks):
             self.order(inp.Operator("continue", task, PERSON))
+        for agent, body in self.machines.items():
+            if body.kind.mobility == "ground":
+                self._free_the_lanes(agent)
+
+    def _free_the_lanes(self, agent: str) -> None:
+        """Look at a machine that nobody commands, and have one that stands in the way of others leave."""
+        record = self.engine.state.agents.get(agent)
+        if record is not None and record.pool == "QUARANTINED":
+            if record.quarantine == "cancel_unconfirmed":  # its process hangs
+                self.sim.kill(agent)
+                self.run_for(1)
+                self.sim.restart(agent)
+                self.run_for(1)
+            self.order(inp.Operator("clear", agent, PERSON))
+            self.run_for(1)
+            record = self.engine.state.agents.get(agent)
+        if record is not None and record.pool == "PARKED_AWAY":
+            self.order(inp.Operator("return", agent, PERSON))
 
     def _is_quiet(self) -> bool:
-        return self.flight.ended() and not any(drone.is_airborne for drone in self.drones.values())
+        return self.flight.ended() and not any(body.is_airborne for body in self.machines.values())
 
     def close(self) -> None:
         """Let everything go."""
