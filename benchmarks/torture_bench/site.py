@@ -46,7 +46,6 @@ PORTS: Final[Mapping[str, tuple[float, float]]] = {"p1": (-60, 40), "p2": (0, 40
 PLACES: Final[Mapping[str, tuple[float, float]]] = {
     "camp": (30, -60), "meadow": (-60, 140), "pond": (60, 150), "ditch": (-10, 170),
 }  # fmt: skip
-HOMES: Final[Mapping[str, str]] = {"lwd_1": "p1", "lwd_2": "p2", "hwd_1": "p3"}
 MACHINES: Final = tuple(HOMES)
 PEOPLE: Final = ("picker_1", "watcher_1")
 

@@ -12,7 +12,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
 from formiga_bt.base.errors import UnusableFile as UnusableFile
-from formiga_bt.base.near_site import SITE_FILE
+from formiga_bt.base.near_site import SITE_FILE, site_near
 from formiga_bt.base.packaged import folder
 
 if TYPE_CHECKING:
@@ -158,6 +158,11 @@ def read_world(
     problems = tuple(one for one in found.diagnostics if one.mark.file in mine)
     sources = {name: text for name, text in found.sources.items() if name in mine}
     return CheckWorld(found.catalogue, None, problems, sources, found.files)
+
+
+def near(file: Path) -> Path:
+    """Return the site file that a file belongs to, else the one of the present folder, whether it is there or not."""
+    return site_near(file.parent) or Path(SITE_FILE)
 
 
 def added_catalogues(words: Iterable[Path]) -> tuple[Path, ...]:

@@ -139,8 +139,8 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("case", "answers"): OptionMapping(
             "answer or goal", tuple({o.name: o for o in (*tests.GOAL, *tests.ANSWER)}.values())
         ),
-        ("case", "faults"): OptionMapping("fault", scenario.FAULT),
-        ("case", "orders"): OptionMapping("order", scenario.ORDER),
+        ("case", "faults"): OptionMapping("fault", (*tests.DURING, *scenario.FAULT)),
+        ("case", "orders"): OptionMapping("order", (*tests.DURING, *scenario.ORDER)),
         ("case", "expect"): OptionMapping("expect", tests.EXPECT),
     }
 )

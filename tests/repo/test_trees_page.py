@@ -11,9 +11,8 @@ import pytest
 from formiga_bt.base.units import LIKELY, format_quantity
 from formiga_bt.lang.model import Param, Role, Task
 from formiga_bt.lang.request.profiles import load_profile
-from formiga_bt.rehearsal.cases.during import DURING
 from formiga_bt.rehearsal.cases.judging import judge
-from formiga_bt.rehearsal.cases.options import AGENT, ANSWER, CASE, EXPECT, GOAL
+from formiga_bt.rehearsal.cases.options import AGENT, ANSWER, CASE, DURING, EXPECT, GOAL
 from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.cases.running import play
 from formiga_bt.rehearsal.testing import packaged_task, packaged_world

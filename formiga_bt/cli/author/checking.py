@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from formiga_bt.base.diagnostics import Diagnostic, in_order
-from formiga_bt.base.near_site import SITE_FILE, site_near
+from formiga_bt.base.near_site import SITE_FILE
 from formiga_bt.cli.inputs import (
     CheckWorld,
     FoundFiles,
     UnusableFile,
     added_catalogues,
     find_tasks,
+    near,
     read_task,
     read_world,
     rendered,
@@ -93,9 +94,9 @@ def _worlds(
         yield read_world(actions, site), paths
         return
     files: dict[Path, list[Path]] = {}
-    near = {folder: site_near(folder) or Path(SITE_FILE) for folder in dict.fromkeys(path.parent for path in paths)}
+    sites = {folder: near(folder / SITE_FILE) for folder in dict.fromkeys(path.parent for path in paths)}
     for path in paths:
-        files.setdefault(near[path.parent], []).append(path)
+        files.setdefault(sites[path.parent], []).append(path)
     for one, mine in files.items():
         yield read_world(actions, near=one), mine
 

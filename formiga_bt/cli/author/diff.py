@@ -14,7 +14,7 @@ import typer
 from msgspec.structs import replace
 
 from formiga_bt.cli.actions_option import ActionsOption
-from formiga_bt.cli.inputs import CheckWorld, ReadFile, UnusableFile, read_task, read_world, readable, rendered
+from formiga_bt.cli.inputs import CheckWorld, ReadFile, UnusableFile, near, read_task, read_world, readable, rendered
 
 if TYPE_CHECKING:
     from formiga_bt.show.diff.caution import Caution
@@ -41,7 +41,7 @@ def command(
     """
     if len(files) != (1 if git else 2):
         raise UnusableFile("name two files, or one file and --git REV" if not git else "--git compares one file")
-    world = read_world(actions or (), site)
+    world = read_world(actions or (), site, near=near(files[0]))
     old, new = _at_revision(files[0], git, world) if git else (_read(files[0], world), _read(files[1], world))
     _refuse_errors(world, old, new)
     from formiga_bt.show.diff.caution import cautions
@@ -137,7 +137,10 @@ def _at_revision(path: Path, revision: str, world: CheckWorld) -> tuple[_Version
         then = Path(temporary, inside)
         if not then.is_file():
             raise UnusableFile(f"{path} is not in {revision}")
-        read = _labelled(read_task(then, world), temporary, revision)
+        libraries = [one.resolve() for one in world.catalogue.libraries]
+        of_then = tuple(Path(temporary, one.relative_to(root)) for one in libraries if one.is_relative_to(root))
+        catalogue = replace(world.catalogue, libraries=of_then)
+        read = _labelled(read_task(then, replace(world, catalogue=catalogue)), temporary, revision)
     return _Version(read, f"{revision}:{inside}", temporary), now
 
 

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from formiga_bt.cli.actions_option import ActionsOption
-from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
+from formiga_bt.cli.inputs import (
+    UnusableFile,
+    near,
+    read_task,
+    read_world,
+    readable,
+    rendered,
+    shipped_task,
+    shipped_tasks,
+)
 from formiga_bt.cli.options import TokenFileOption, UrlOption
 from formiga_bt.cli.past import AtOption, JournalOption, is_past
 
@@ -131,7 +140,7 @@ def _file_of(what: str) -> Path | None:
 def _drawing(file: Path, site: Path | None, actions: list[Path]) -> "Drawing":
     from formiga_bt.show.tree.drawing import drawing_of
 
-    world = read_world(actions, site)
+    world = read_world(actions, site, near=near(file))
     read = read_task(file, world)
     errors = [d for d in (*world.diagnostics, *read.diagnostics) if d.severity == "error"]
     if errors:

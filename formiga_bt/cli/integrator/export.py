@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from formiga_bt.cli.actions_option import ActionsOption
-from formiga_bt.cli.inputs import read_task, read_world, readable, rendered, written
+from formiga_bt.cli.inputs import near, read_task, read_world, readable, rendered, written
 
 
 class Target(StrEnum):
@@ -33,7 +33,7 @@ def command(
     from formiga_bt.bridges.btcpp_out import export_btcpp
 
     assert to is Target.BTCPP
-    world = read_world(actions or (), site)
+    world = read_world(actions or (), site, near=near(file))
     read = read_task(readable(file), world)
     errors = [d for d in (*world.diagnostics, *read.diagnostics) if d.severity == "error"]
     if errors:

@@ -12,7 +12,6 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.keyed import read_keys
-from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioFault, ScenarioOrder
@@ -20,12 +19,9 @@ from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
 from formiga_bt.rehearsal.cases.cases import DuringRule
+from formiga_bt.rehearsal.cases.options import DURING
 from formiga_bt.rehearsal.cases.rules import all_roles, read_order
 
-DURING: Final = (
-    Option("during", "action", "In the course of which goal: role.Action, or agent.Action.", required=True),
-    Option("nth", "value", "Of these goals of the case (1).", type="int", least=1, default=1),
-)
 _OF: Final = tuple(option.name for option in DURING)
 
 

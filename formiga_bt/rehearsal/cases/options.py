@@ -67,6 +67,10 @@ GOAL: Final = (
         default=1.0,
     ),
 )
+DURING: Final = (
+    Option("during", "action", "In the course of which goal: role.Action, or agent.Action.", required=True),
+    Option("nth", "value", "Of these goals of the case (1).", type="int", least=1, default=1),
+)
 EXPECT: Final = (
     Option(
         "status", "word", "How it ends (succeeded).", values=("succeeded", "failed", "canceled"), default="succeeded"

@@ -1,5 +1,6 @@
 """Libraries that a site names are found by every verb, by the editor, and by drafts of language models."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from formiga_bt.cli.app import run
 from formiga_bt.cli.loading import bundles_of
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.project import Document, Project
+from formiga_bt.llm.mcp.ground import ServerFiles, ground_of
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.world import world_of
 
@@ -86,3 +88,30 @@ def test_the_editor_finds_them_and_proposes_them(meadow: Path) -> None:
 
 def test_a_language_model_is_told_of_their_subtrees(meadow: Path) -> None:
     assert verbs_of(world_of(meadow / "site.yaml"))["Glance"].library == "glances.yaml"
+
+
+@pytest.mark.parametrize("words", ["show meadow/trees/look.yaml", "export --to btcpp meadow/trees/look.yaml"])
+def test_a_file_brings_its_site_from_elsewhere(words: str, meadow: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(meadow.parent)
+
+    assert run(words.split()) == 0
+
+
+def test_a_revision_is_read_with_the_libraries_of_then(meadow: Path, capsys: Capture) -> None:
+    def git(*words: str) -> None:
+        subprocess.run(["git", "-c", "user.name=eve", "-c", "user.email=eve@example.org", *words], check=True)
+
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-q", "-m", "first")
+    library = meadow / "trees" / "team" / "glances.yaml"
+    library.write_text(LIBRARY.replace("30 m", "45 m"), encoding="utf-8")
+
+    assert run(["diff", "--git", "HEAD", "trees/look.yaml"]) == 1
+    assert "45 m" in capsys.readouterr().out
+
+
+def test_an_assistant_finds_them(meadow: Path) -> None:
+    ground = ground_of(ServerFiles(site="site.yaml"))
+
+    assert ground.load(TASK).diagnostics == []
