@@ -13,9 +13,11 @@ from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
+from formiga_bt.lang.checks.ranges import Ranges
 from formiga_bt.lang.checks.repeats import bodies, parts_of
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
+from formiga_bt.lang.forms import FormField
 from formiga_bt.lang.model import Ask, Call, Catalogue, Do, Expr, Param, Request, Sequence, Site, Step, Subtree, Task
 from formiga_bt.lang.site.far import FAR_M
 from formiga_bt.lang.text.reading import Problems
@@ -30,7 +32,8 @@ _PLAIN: Final = (str, int, float, Mark, type(None))
 
 def check_foregone(task: Task, catalogue: Catalogue, site: Site | None, problems: Problems) -> None:
     """Report W098 for the expressions of a task and of the subtrees that it sees."""
-    checks = _Foregone(reach_m(site), site is not None, catalogue, problems)
+    every = (*task.steps, *task.on_failure, *task.on_abort, *task.finally_)
+    checks = _Foregone(reach_m(site), site is not None, catalogue, problems, Ranges(task.params, every))
     for name, expr in task.vars.items():
         with problems.within("vars", name):
             checks.check(expr, {})
@@ -49,6 +52,7 @@ def check_foregone(task: Task, catalogue: Catalogue, site: Site | None, problems
     with problems.within("steps"):
         checks.stands(task)
     for subtree in task.subtrees.values():
+        checks.ranges = Ranges(subtree.params, subtree.steps)
         with problems.outermost(subtree.name, "steps"):
             checks.steps(subtree.steps, _given(subtree.params))
 
@@ -65,11 +69,13 @@ def _given(params: Mapping[str, Param]) -> dict[str, Mark]:
 
 
 class _Foregone:
-    def __init__(self, reach: float, is_site: bool, catalogue: Catalogue, problems: Problems) -> None:
+    def __init__(self, reach: float, is_site: bool, catalogue: Catalogue, problems: Problems, ranges: Ranges) -> None:
         self.reach_m = reach
         self.is_site = is_site
         self.catalogue = catalogue
         self.problems = problems
+        self.ranges = ranges
+        """Of the body whose steps are looked at."""
         self.told: set[Mark] = set()
 
     # --- steps ---------------------------------------------------------------------------------------------------
@@ -95,12 +101,12 @@ class _Foregone:
             if not isinstance(value, _PLAIN) and not (
                 isinstance(value, tuple) and value and isinstance(value[0], Step)
             ):
-                self.all_of(value, sure)
+                self.all_of(value, sure, step.form if isinstance(step, Ask) else ())
 
-    def all_of(self, value: Any, sure: Mapping[str, Mark]) -> None:
-        """Check the expressions in a part of the model."""
+    def all_of(self, value: Any, sure: Mapping[str, Mark], form: tuple[FormField, ...] = ()) -> None:
+        """Check the expressions in a part of the model; `form` belongs to the result that they read."""
         for expr in _expressions(value):
-            self.check(expr, sure)
+            self.check(expr, sure, form)
 
     def stands(self, task: Task) -> None:
         """Report W098 for a question about a machine that surely stands at its port: before its first command."""
@@ -121,21 +127,23 @@ class _Foregone:
 
     # --- expressions ---------------------------------------------------------------------------------------------
 
-    def check(self, expr: Expr, sure: Mapping[str, Mark]) -> None:
+    def check(self, expr: Expr, sure: Mapping[str, Mark], form: tuple[FormField, ...] = ()) -> None:
         """Report W098 for an expression."""
         source = expr.source
-        if "(" not in source or expr.mark in self.told:
+        is_condition = expr.type.name == "bool" and not expr.is_const
+        if ("(" not in source and not is_condition) or expr.mark in self.told:
             return
         spans = holes(source)
         found = [] if isinstance(spans, int) else [source[a + 2 : b - 1] for a, b in spans]
         for text in found or [source]:
-            if not any(word in text for word in _TELLING):
+            if not is_condition and not any(word in text for word in _TELLING):
                 continue
             try:
                 parsed = parse_expression(text.strip())
             except ExprSyntax:
                 continue
             what = next((said for node in ast.walk(parsed.root) if (said := self._node(node, parsed, sure))), None)
+            what = what or self.ranges.foregone(expr, parsed, form)
             if what is not None:
                 self.told.add(expr.mark)
                 self.problems.add("W098", expr.mark, *what)
@@ -143,7 +151,7 @@ class _Foregone:
 
     def _node(self, node: ast.AST, parsed: Parsed, sure: Mapping[str, Mark]) -> tuple[str, str] | None:
         if isinstance(node, ast.Compare):
-            return self._far(node, parsed)
+            return self._far(node, parsed) or _just_now(node, parsed)
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             return None
         name = parsed.token(node.func.id).text
@@ -173,6 +181,16 @@ class _Foregone:
                 where = f"this site is {reach} across" if self.is_site else f"nothing flies farther than {reach}"
                 return f"no distance is ever {token.text}: {where}", "m or km?"
         return None
+
+
+def _just_now(node: ast.Compare, parsed: Parsed) -> tuple[str, str] | None:
+    """Return what is wrong with `now == t`: time goes on, and nothing looks at just that moment."""
+    sides = [one for one in (node.left, *node.comparators) if isinstance(one, ast.Name)]
+    exact = any(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops)
+    if not exact or not any(parsed.token(one.id).text == "now" for one in sides):
+        return None
+    end = "never" if isinstance(node.ops[0], ast.Eq) else "always"
+    return f"'{parsed.text(node)}' is {end} true: it is hardly ever just that moment", "compare with >= or <"
 
 
 def _expressions(value: Any) -> Iterator[Expr]:
