@@ -11,9 +11,15 @@ from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.cases.running import play
 
 TREES = folder("trees")
-SHELVES = (TREES, TREES / "cookbook", TREES / "warehouse" / "trees")
+NAV2 = Path(__file__).parents[2] / "docs" / "examples" / "nav2"
+SHELVES = (TREES, TREES / "cookbook", NAV2, TREES / "warehouse" / "trees")
 FILES = sorted(p for shelf in SHELVES for p in shelf.glob("*.test.yaml"))
-TASKS = sorted(p for shelf in SHELVES for p in shelf.glob("*.yaml") if not p.name.endswith((".test.yaml", "site.yaml")))
+TASKS = sorted(
+    p
+    for shelf in SHELVES
+    for p in shelf.glob("*.yaml")
+    if not p.name.endswith((".test.yaml", "site.yaml", "nav2.yaml"))
+)
 
 
 def test_every_tree_has_its_cases() -> None:

@@ -13,6 +13,12 @@ ROOT = Path(__file__).parents[2]
 DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 FENCE = re.compile(r"^```yaml\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
+SITES = {
+    path.read_text(encoding="utf-8"): path.parent / "site.yaml"
+    for path in (ROOT / "docs" / "examples").rglob("*.yaml")
+    if (path.parent / "site.yaml").is_file()
+}
+"""Recipes that stand beside a site of their own -> that site."""
 ELSEWHERE = re.compile(r"(?<![\w.])/(?:home|root|opt|srv|mnt)/|\.\./\.\./")
 
 
@@ -34,7 +40,7 @@ def examples() -> list[object]:
 def test_examples_check_without_a_warning(text: str, tmp_path: Path) -> None:
     file = tmp_path / "example.yaml"
     file.write_text(text, encoding="utf-8")
-    world = read_world()
+    world = read_world(site=SITES.get(text))
     if "\ntask:" in text:
         read = read_task(file, world)
         assert not read.diagnostics, "\n\n".join(rendered(read.diagnostics, read.sources))

@@ -113,6 +113,7 @@ REASONS: Final[Mapping[str, str]] = {
     "leg_busy": "another machine was in its way until it had to come home",
     "off_routes": "it was sent where no route ends: to no station, and to no node marked park",
     "no_route": "no route leads there from where the machine is",
+    "no_update": "a machine could not be told of a target that moved",
     "port_busy": "its port, and every other, was taken until it had to come down",
     "bad_result": "an agent's result could not be read",
     "contradicted": "a machine said that an action was done, and its own status says otherwise",
