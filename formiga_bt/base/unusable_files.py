@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from formiga_bt.base.accounts import ACCOUNTS, read_register
 from formiga_bt.base.bounds import MOST_EPOCH
 from formiga_bt.base.durable import move_aside
 from formiga_bt.base.errors import SiteError
@@ -52,6 +53,18 @@ def _is_text(file: Path) -> bool:
     return file.read_text(encoding="utf-8").strip().isprintable()
 
 
+def _is_file(file: Path) -> bool:
+    return file.is_file()
+
+
+def _is_register(file: Path) -> bool:
+    try:
+        read_register(file.parent)
+    except SiteError:
+        return False
+    return True
+
+
 def _is_secrets(file: Path) -> bool:
     try:
         read_secrets(file.parent)
@@ -89,6 +102,8 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "no-journal": (_is_empty, "nothing is lost"),
     "engine.json": (_is_object, "nothing is lost"),
     "token": (_is_token, "a new token is made; callers from other machines need it"),
+    ACCOUNTS: (_is_register, "nobody has an account any more: formiga access add NAME --role ROLE"),
+    "audit.jsonl": (_is_file, "a new audit begins"),
     SECRETS: (_is_secrets, "nobody has a secret any more: each sets a new one, formiga access secret NAME"),
     "approvals.jsonl": (_is_lines, "what it approved is not approved any more: approve anew"),
     "fleet.jsonl": (_is_lines, "who was added to the fleet is known from the journal only: formiga agents add ID"),

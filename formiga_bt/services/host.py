@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from formiga_bt import __version__
+from formiga_bt.base.accounts import AccountBook
 from formiga_bt.base.clock import passed_us
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
@@ -38,6 +39,7 @@ from formiga_bt.services.collector import uncollected
 from formiga_bt.services.duplicate_people import OneEach
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.http import api, server
+from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.connection import Connection
 from formiga_bt.services.http.crowd import Crowd, descriptors, http_places, local_places
 from formiga_bt.services.http.local import close_local, open_local
@@ -292,10 +294,15 @@ class EngineHost:
     def _serve(self, sock: socket.socket, local: socket.socket | None, token: str) -> None:
         """Serve both doors: HTTP, and the local one, if there is one."""
         app, limit = api.application(self), descriptors()
+        accounts, audit = AccountBook(self._folder.path), Audit(self._folder.path)
+        self._opened.append(audit.close)
         for one, places in ((local, local_places(limit)), (sock, http_places(limit))):
             if one is not None:
                 crowd: Crowd[Connection] = Crowd(places)
-                door = api.guarded(app, token=token, needs_token=self.needs_token, crowd=crowd, is_local=one is local)
+                door = api.guarded(
+                    app, token=token, needs_token=self.needs_token, accounts=accounts, audit=audit, crowd=crowd,
+                    is_local=one is local,
+                )  # fmt: skip
                 clocked = Clocked(door, lambda: self.driver.clock.ahead_us)
                 self._servers.append(server.HttpServer(clocked, one, crowd))
                 self._servers[-1].start()

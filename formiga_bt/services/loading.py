@@ -73,6 +73,11 @@ class Loading:
         self.keep: Callable[[Task, str, Mapping[str, str]], None] = lambda *_: None
         """Keeps the files of a task in the journal; raises `JournalError`."""
 
+    @property
+    def is_real(self) -> bool:
+        """Return whether it is an engine in mode real."""
+        return self._site.mode == "real"
+
     def first(self) -> list[Serve]:
         """Return what the engine is told at its start: which of the tasks that it serves a model wrote.
 

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[2]
 
 ALLOWED = {
     "base/asking.py": "the language itself asks people: `ask` is this action",
+    "base/roles.py": "a role of accounts, of who works in the field: not a type of agents",
 }
 """Files of the package that may name what, beside the drafting of missions; each with its reason."""
 

@@ -1,11 +1,15 @@
-"""`formiga access`: the secrets of the people of a site, with which they approve and go on duty in mode real."""
+"""`formiga access`: who may do what at a site: accounts with roles and tokens, and the secrets of its people.
+
+Secrets are for what a person says in mode real, approvals and duty; tokens let accounts in at all.
+"""
 
 import os
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, assert_never
 
 import typer
+from msgspec import to_builtins
 
 from formiga_bt.base.durable import private_folder
 from formiga_bt.base.errors import FormigaError, SiteError, TreeError
@@ -22,6 +26,7 @@ from formiga_bt.base.person_secrets import command as command_for
 from formiga_bt.base.site_folder import FOLDER
 from formiga_bt.cli.inputs import UnusableFile, is_demo, read_world, rendered
 from formiga_bt.cli.options import JsonOption, print_table
+from formiga_bt.cli.orders import accounts
 from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.cli.proving import new_secret, own_secret
 
@@ -34,30 +39,76 @@ class AccessCommand(StrEnum):
 
     SECRET = "secret"
     LIST = "list"
+    ADD = "add"
+    ROLE = "role"
+    AGENT = "agent"
+    TASKS = "tasks"
+    DISABLE = "disable"
+    ENABLE = "enable"
+    TOKEN = "token"
+    REVOKE = "revoke"
+    ACCOUNTS = "accounts"
+    AUDIT = "audit"
+    WHO = "who"
+
+
+_OF_SECRETS = (AccessCommand.SECRET, AccessCommand.LIST)
+_OF_WORDS = (AccessCommand.ROLE, AccessCommand.AGENT, AccessCommand.TASKS)
+_OF_ALL = (AccessCommand.ACCOUNTS, AccessCommand.AUDIT, AccessCommand.WHO)
 
 
 def command(
-    what: Annotated[AccessCommand, typer.Argument(help="secret: set one; list: show who has one.")],
+    what: Annotated[AccessCommand, typer.Argument(help="What is done; see below.")],
     person: Annotated[
-        str, typer.Argument(help="One of the people or pilots whom the site file names.", metavar="[PERSON]")
+        str,
+        typer.Argument(
+            help="An account; of secret one of the people or pilots whom the site file names; of revoke a token's id.",
+            metavar="[NAME]",
+        ),
     ] = "",
+    words: Annotated[
+        list[str] | None, typer.Argument(help="Of role: its roles. Of agent: its agent. Of tasks: its tasks.")
+    ] = None,
+    role: Annotated[list[str] | None, typer.Option(help="Of add: a role; may be repeated.", metavar="ROLE")] = None,
+    agent: Annotated[str, typer.Option(help="Of add: the agent that this person is.", metavar="AGENT")] = "",
+    task: Annotated[
+        list[str] | None, typer.Option(help="Of add: a task that it may request; may be repeated.", metavar="TASK")
+    ] = None,
+    expires: Annotated[str, typer.Option(help="Of token: how long it lasts.", metavar="TIME")] = "90d",
     reset: Annotated[
         bool, typer.Option("--reset", help="Do not ask for the present secret: who owns the site's files says so.")
     ] = False,
     site: Annotated[Path, typer.Option(help="Site file.", metavar="FILE")] = Path("site.yaml"),
     as_json: JsonOption = False,
 ) -> None:
-    """Set the secret of a person's own, with which they approve and go on duty at a site in mode real; it counts at once.
+    """Say who may do what at a site; it counts at once, also while its engine runs.
 
+    Accounts: add NAME --role ROLE makes one, role, agent and tasks change it, disable and enable shut it out and let it in,
+    token NAME makes a token, which is shown once, revoke ID takes it back, accounts lists all, audit shows who asked for what,
+    who tells whom the engine takes you for. Example: formiga access add ann --role operator
+
+    Secrets: secret PERSON sets the secret with which a person approves and goes on duty in mode real, list shows who has one.
     It is asked for twice, and the present one before, if there is one. Scripts put them into files of mode 0600 and name
-    these in FORMIGA_NEW_SECRET_FILE and FORMIGA_SECRET_FILE (or into FORMIGA_NEW_SECRET and FORMIGA_SECRET). Kept is a hash, in
-    secrets.json of the site's runtime folder. Example: formiga access secret ann
+    these in FORMIGA_NEW_SECRET_FILE and FORMIGA_SECRET_FILE (or into FORMIGA_NEW_SECRET and FORMIGA_SECRET). Kept are hashes.
     """
+    if words and what not in _OF_WORDS:
+        raise UnusableFile("too many words; a secret is never an argument: others on this machine can read those")
+    if what is AccessCommand.WHO:
+        _who(as_json=as_json)
+        return
     found = _site(site)
     from formiga_bt.services.http.proving import people_of
 
     people = people_of(found)
     folder = (Path() if is_demo(site) else site.parent).resolve() / FOLDER / found.name
+    if what not in _OF_SECRETS:
+        if not person and what not in _OF_ALL:
+            raise UnusableFile(
+                f"say whose: formiga access {what.value} {'ID' if what is AccessCommand.REVOKE else 'NAME'}"
+            )
+        said = accounts.Said(person, tuple(words or ()), tuple(role or ()), agent, tuple(task or ()), expires)
+        _carry_out(what, _owned(folder), said, as_json=as_json)
+        return
     if what is AccessCommand.LIST:
         if person or reset:
             raise UnusableFile("say: formiga access list, or formiga access secret PERSON")
@@ -87,12 +138,57 @@ def _site(file: Path) -> "Site":
     return world.site
 
 
-def _set(folder: Path, person: str, *, reset: bool) -> None:
+def _owned(folder: Path) -> Path:
+    """Return the site's runtime folder, made if it is not there; it is its owner's alone."""
     try:
         private_folder(folder.parent)
         private_folder(folder)
     except OSError as error:
         raise SiteError(f"cannot write {folder}: {error.strerror or error}") from error
+    return folder
+
+
+def _carry_out(what: AccessCommand, folder: Path, said: accounts.Said, *, as_json: bool) -> None:
+    match what:
+        case AccessCommand.ADD:
+            accounts.add(folder, said)
+        case AccessCommand.ROLE:
+            accounts.role(folder, said)
+        case AccessCommand.AGENT:
+            accounts.agent(folder, said)
+        case AccessCommand.TASKS:
+            accounts.tasks(folder, said)
+        case AccessCommand.DISABLE | AccessCommand.ENABLE:
+            accounts.disable(folder, said, disabled=what is AccessCommand.DISABLE)
+        case AccessCommand.TOKEN:
+            accounts.token(folder, said)
+        case AccessCommand.REVOKE:
+            accounts.revoke(folder, said)
+        case AccessCommand.ACCOUNTS:
+            accounts.accounts(folder, as_json=as_json)
+        case AccessCommand.AUDIT:
+            accounts.audit(folder, as_json=as_json)
+        case AccessCommand.SECRET | AccessCommand.LIST | AccessCommand.WHO:
+            raise AssertionError("these are carried out before")
+        case _:
+            assert_never(what)
+
+
+def _who(*, as_json: bool) -> None:
+    from formiga_bt.client.finding import connect
+    from formiga_bt.show.facts import SpeakerFact
+
+    who = connect().get(SpeakerFact, "/v1/whoami")
+    if as_json:
+        print_json(to_builtins(who))
+        return
+    typer.echo(f"{who.name}: {', '.join(who.roles)}" + (f"; agent {who.agent}" if who.agent else ""))
+    for one in who.may:
+        typer.echo(f"  {one}")
+
+
+def _set(folder: Path, person: str, *, reset: bool) -> None:
+    _owned(folder)
     if reset:
         if os.geteuid() not in (folder.stat().st_uid, 0):
             raise FormigaError(f"--reset is for the owner of {folder}; without it the present secret is asked for")

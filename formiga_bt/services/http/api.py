@@ -18,7 +18,9 @@ from fastapi.responses import Response, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
+from formiga_bt.base.accounts import AccountBook
 from formiga_bt.base.clock import Micros, micros
+from formiga_bt.base.roles import Deed
 from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.discovered import CatalogueOrders
@@ -36,9 +38,11 @@ from formiga_bt.services.http import (
     rule_routes,
     seeing_routes,
 )
+from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.routes import REF, FactRoutes
+from formiga_bt.services.http.speaking import SPEAKER, require_abort, require_task, speaker, spoken_as
 from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.members import Members
@@ -68,6 +72,10 @@ STATUS: Final = {
     "too_large": 413,
     "not_kept": 503,
     "not_yet": 404,
+    "no_role": 403,
+    "not_you": 403,
+    "not_listed": 403,
+    "no_agent": 403,
     "secret_missing": 403,
     "secret_wrong": 403,
     "secret_wait": 429,
@@ -177,15 +185,26 @@ def application(host: Host) -> FastAPI:
     library_routes.add(routes, host.loading, host.refused)
     file_routes.add(routes, host.attachments)
     _engine(routes, host)
+    app.state.deeds = routes.deeds
     openapi.serve(app, {*routes.kinds, f.Problem}, needs_token=host.needs_token)
     return app
 
 
 def guarded(
-    app: FastAPI, *, token: str, needs_token: bool, crowd: Crowd[Any] | None = None, is_local: bool = False
+    app: FastAPI,
+    *,
+    token: str,
+    needs_token: bool,
+    accounts: AccountBook | None = None,
+    audit: Audit | None = None,
+    crowd: Crowd[Any] | None = None,
+    is_local: bool = False,
 ) -> Callable[..., Any]:
     """Return the ASGI app of one door; see `Door`."""
-    return Door(app, token=token, needs_token=needs_token, refusal=problem, crowd=crowd, is_local=is_local)
+    return Door(
+        app, token=token, needs_token=needs_token, accounts=accounts, audit=audit, refusal=problem, crowd=crowd,
+        is_local=is_local,
+    )  # fmt: skip
 
 
 def _errors(app: FastAPI) -> None:
@@ -219,13 +238,14 @@ def _micros(seconds: float | None) -> Micros | None:
 
 
 def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
-    @routes.post("/v1/tasks", "tasks", 201)
+    @routes.post("/v1/tasks", "tasks", Deed.REQUEST, 201)
     def submit(
         body: b.SubmitBody,
         idempotency_key: Annotated[str, Header(max_length=200)] = "",
     ) -> f.TaskRequested:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
-        name = body.by or "http"
+        require_task(body.task)
+        name = speaker(body.by)
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
         files = tuple(ValueFile(one.file, one.text, one.param) for one in body.params_from)
         task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits, files)
@@ -254,16 +274,21 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task."""
         return orders.why_agent(agent)
 
-    @routes.post("/v1/tasks/{task_id}/abort", "tasks")
+    @routes.post("/v1/tasks/{task_id}/abort", "tasks", Deed.ABORT_OWN)
     def abort(task_id: str, body: b.AbortBody | None = None) -> f.OrderDone:
         """End a task: its cleanup runs, its machines come home."""
         order = body or b.AbortBody()
-        return f.OrderDone(orders.abort(task_id, order.how, order.by or "http", confirmed=order.confirmed))
+        return f.OrderDone(orders.abort(task_id, order.how, _ender(task_id, order.by), confirmed=order.confirmed))
 
-    @routes.delete("/v1/tasks/{task_id}", "tasks")
+    @routes.delete("/v1/tasks/{task_id}", "tasks", Deed.ABORT_OWN)
     def delete(task_id: str, how: Literal["", "now"] = "", by: str = "") -> f.OrderDone:
         """End a task, as POST abort does."""
-        return f.OrderDone(orders.abort(task_id, how, by or "http"))
+        return f.OrderDone(orders.abort(task_id, how, _ender(task_id, by)))
+
+    def _ender(task_id: str, said: str) -> str:
+        if not SPEAKER.get().may(Deed.ABORT):
+            require_abort(orders.task(task_id).task.by)
+        return speaker(said)
 
 
 def _agents(routes: FactRoutes, orders: ServiceOrders) -> None:
@@ -272,52 +297,61 @@ def _agents(routes: FactRoutes, orders: ServiceOrders) -> None:
         """List machines and people."""
         return orders.agents()
 
-    @routes.post("/v1/agents/{agent}/clear", "agents")
+    @routes.post("/v1/agents/{agent}/clear", "agents", Deed.CLEAR)
     def clear(agent: str, body: b.ByBody | None = None) -> f.OrderDone:
         """Take a quarantined agent back, or one whose process was started anew, once a person has looked at it."""
-        return f.OrderDone(orders.clear(agent, (body or b.ByBody()).by or "http"))
+        return f.OrderDone(orders.clear(agent, speaker((body or b.ByBody()).by)))
 
-    @routes.post("/v1/agents/{agent}/removed", "agents")
+    @routes.post("/v1/agents/{agent}/removed", "agents", Deed.CLEAR)
     def removed(agent: str, body: b.RemovedBody | None = None) -> f.OrderDone:
         """Free the way and the place of a machine that counts as lost, once a person has taken it away."""
         word = body or b.RemovedBody()
-        return f.OrderDone(orders.removed(agent, word.by or "http", word.confirmed))
+        return f.OrderDone(orders.removed(agent, speaker(word.by), word.confirmed))
 
-    @routes.post("/v1/agents/{agent}/events", "people")
+    @routes.post("/v1/agents/{agent}/events", "people", Deed.EVENT)
     def report_event(agent: str, body: b.EventBody) -> f.OrderDone:
         """Report an event for a person who works at this engine's desk."""
-        return f.OrderDone(orders.report_event(agent, body.event, body.fields))
+        return f.OrderDone(orders.report_event(spoken_as(agent), body.event, body.fields))
 
 
 def _people(routes: FactRoutes, orders: ServiceOrders) -> None:
-    @routes.get("/v1/inbox", "people")
+    @routes.get("/v1/inbox", "people", Deed.INBOX)
     def inbox(person: Annotated[str, Query(max_length=200)] = "") -> f.QuestionList:
         """List the open questions, oldest first."""
-        return orders.inbox(person)
+        return orders.inbox(person if SPEAKER.get().may(Deed.SEE) else spoken_as(person))
 
-    @routes.post("/v1/inbox/{number}/answer", "people")
+    @routes.post("/v1/inbox/{number}/answer", "people", Deed.ANSWER)
     def answer(number: str, body: b.AnswerBody) -> f.OrderDone:
         """Answer a question for a person who works at this engine's desk."""
-        return f.OrderDone(orders.answer(number, body.option, body.by, body.fields))
+        return f.OrderDone(orders.answer(number, body.option, spoken_as(body.by), body.fields))
 
 
 def _engine(routes: FactRoutes, host: Host) -> None:
+    @routes.get("/v1/whoami", "engine", Deed.WHO)
+    def whoami() -> f.SpeakerFact:
+        """Tell who the caller is to this engine, and what they may do."""
+        who = SPEAKER.get()
+        may = tuple(deed.value for deed in Deed if who.may(deed))
+        return f.SpeakerFact(who.name, tuple(map(str, who.roles)), who.agent, who.tasks, may)
+
     @routes.get("/v1/health", "engine")
     def health() -> f.EngineHealth:
         """Tell how the engine is."""
         return host.health()
 
-    @routes.post("/v1/admin/drain", "engine")
+    @routes.post("/v1/admin/drain", "engine", Deed.ENGINE)
     def drain() -> f.OrderDone:
         """Admit no more tasks, and end the engine when the last one has ended."""
         return f.OrderDone(host.drain())
 
-    @routes.post("/v1/admin/stop", "engine")
+    @routes.post("/v1/admin/stop", "engine", Deed.ENGINE)
     def stop() -> f.OrderDone:
         """End the engine now. Agents go on with the goals they have."""
         return f.OrderDone(host.request_stop())
 
-    @routes.app.get("/v1/events", tags=["engine"], response_class=StreamingResponse)
+    seeing = routes.guard("GET", "/v1/events", Deed.SEE)
+
+    @routes.app.get("/v1/events", tags=["engine"], response_class=StreamingResponse, dependencies=seeing)
     def events(
         last_event_id: Annotated[str, Header(max_length=100)] = "",
         after: Annotated[str, Query(max_length=100, description="as Last-Event-ID")] = "",

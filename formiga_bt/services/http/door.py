@@ -2,7 +2,8 @@
 
 On the loopback no token is needed in mode simulation, but a web page that the user happens to look at must not be able to fly
 drones: requests from other origins, and for other host names (DNS rebinding), are refused. Beyond the loopback, and in mode
-real everywhere, every request needs the site's token. A token that is sent is always compared. At the local door the system
+real everywhere, every request needs a token: of an account, whose roles say what it may do (`speaking`), or the site's, which
+is for who owns its files. A token that is sent is always compared. At the local door the system
 itself says whose process calls (`connection`), so what stops something is taken there without a token.
 
 A request that changes something has a `Caller`: if its client goes away, what it asked for is dropped, unless it is a stop.
@@ -11,14 +12,22 @@ A request that changes something has a `Caller`: if its client goes away, what i
 import asyncio
 import contextlib
 import hmac
+import logging
+import time
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any, Final
 
+from formiga_bt.base.accounts import AccountBook, is_token
 from formiga_bt.base.endpoints import is_loopback
+from formiga_bt.base.errors import SiteError
 from formiga_bt.engine.drivers.waiting import CALLER, Caller, since_boot
+from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.crowd import Crowd
+from formiga_bt.services.http.speaking import ALL, SPEAKER, Principal
 from formiga_bt.services.http.urgent import is_urgent
 from formiga_bt.transport.attachments import MOST_BYTES
+
+log = logging.getLogger("formiga.door")
 
 BODY_LIMIT: Final = 1_000_000
 """Bytes of a request's body."""
@@ -45,6 +54,8 @@ FULL: Final = {
     "too_many_streams": ("too many read the events already", "end some of them, or try again later"),
 }
 STREAM: Final = "/v1/events"
+LOOKS: Final = ("GET", "HEAD", "OPTIONS")
+"""Methods that change nothing."""
 
 
 class Door:
@@ -55,6 +66,8 @@ class Door:
         token: the site's token.
         needs_token: whether each request must bring it.
         refusal: how a refusal is written.
+        accounts: whose tokens are taken besides.
+        audit: is told who asked for what.
         crowd: the places at this door.
         is_local: it is the Unix socket.
     """
@@ -66,6 +79,8 @@ class Door:
         token: str,
         needs_token: bool,
         refusal: Answer,
+        accounts: AccountBook | None = None,
+        audit: Audit | None = None,
         crowd: Crowd[Any] | None = None,
         is_local: bool = False,
     ) -> None:
@@ -73,6 +88,8 @@ class Door:
         self._token = token
         self._needs_token = needs_token
         self._refusal = refusal
+        self._accounts = accounts
+        self._audit = audit
         self._crowd = crowd
         self._is_local = is_local
 
@@ -84,10 +101,19 @@ class Door:
         caller = Caller(since_boot())
         urgent = is_urgent(scope["method"], scope["path"])
         headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        refusal = self._check(scope, headers, urgent=urgent)
-        if refusal is not None:
-            await refusal(scope, receive, send)
+        found = self._check(scope, headers, urgent=urgent)
+        who = found.name if isinstance(found, Principal) else ""
+        send = self._noted(scope, who, send)
+        if not isinstance(found, Principal):
+            await found(scope, receive, send)
             return
+        before = SPEAKER.set(found)
+        try:
+            await self._serve(scope, receive, send, caller, urgent=urgent)
+        finally:
+            SPEAKER.reset(before)
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send, caller: Caller, *, urgent: bool) -> None:
         limit = FILE_LIMIT if scope["method"] == "PUT" and scope["path"].startswith(FILES) else BODY_LIMIT
         body = await _read(receive, limit)
         if body is None:
@@ -104,7 +130,7 @@ class Door:
             await self._refusal(503, full, *FULL[full])(scope, receive, send)
             return
         try:
-            if scope["method"] in ("GET", "HEAD", "OPTIONS"):
+            if scope["method"] in LOOKS:
                 await self._app(scope, _replayed(body, receive), send)
             else:
                 await self._attended(scope, body, receive, send, caller)
@@ -126,15 +152,48 @@ class Door:
             with contextlib.suppress(asyncio.CancelledError):
                 await watch
 
-    def _check(self, scope: Scope, headers: dict[str, str], *, urgent: bool) -> App | None:
+    def _noted(self, scope: Scope, who: str, send: Send) -> Send:
+        """Return `send`, with what the answer is noted in the audit: of what changes something, and of refusals."""
+        audit = self._audit
+        if audit is None:
+            return send
+
+        async def sent(message: Message) -> None:
+            status = message.get("status", 0)
+            if message["type"] == "http.response.start" and (scope["method"] not in LOOKS or status in (401, 403)):
+                whence = (scope.get("client") or ("local",))[0] or "local"
+                audit.note(who, str(whence), scope["method"], scope["path"], status)
+            await send(message)
+
+        return sent
+
+    def _known(self, word: str) -> Principal | None:
+        """Return whose token a word is."""
+        if hmac.compare_digest(word.encode(), self._token.encode()):
+            return ALL
+        if self._accounts is None or not is_token(word):
+            return None
+        try:
+            found = self._accounts.find(word, time.time())
+        except SiteError as error:
+            log.warning("%s", error)
+            return None
+        return Principal(found[0], found[1].roles, found[1].agent, found[1].tasks) if found is not None else None
+
+    def _check(self, scope: Scope, headers: dict[str, str], *, urgent: bool) -> App | Principal:
+        """Return who calls, or the refusal."""
         scheme, _, word = headers.get("authorization", "").partition(" ")
         if word or (self._needs_token and not (self._is_local and urgent)):
-            if scheme.lower() == "bearer" and hmac.compare_digest(word.strip().encode(), self._token.encode()):
-                return None
-            hint = "send it as 'Authorization: Bearer ...'; it is in the file `token` of the site's runtime folder"
-            return self._refusal(401, "unauthorized", "this engine wants its site's token", hint)
+            found = self._known(word.strip()) if scheme.lower() == "bearer" else None
+            if found is not None:
+                return found
+            hint = (
+                "send it as 'Authorization: Bearer ...': the token of an account (formiga access token NAME), or of the site, "
+                "in the file `token` of its runtime folder"
+            )
+            return self._refusal(401, "unauthorized", "this engine wants a token that it knows", hint)
         if self._is_local:
-            return None  # no web page reaches it
+            return ALL  # no web page reaches it
         if not is_loopback(headers.get("host", "").rsplit(":", 1)[0]):
             return self._refusal(403, "wrong_host", "call this engine by 127.0.0.1 or localhost", "")
         origin = headers.get("origin")
@@ -142,7 +201,7 @@ class Door:
             origin is not None and origin != f"{scope.get('scheme', 'http')}://{headers.get('host', '')}"
         ):
             return self._refusal(403, "other_origin", "a page of another origin may not call this engine", "")
-        return None
+        return ALL
 
     def _too_large(self, limit: int) -> App:
         return self._refusal(413, "too_large", f"the body is larger than {limit:,} bytes", "")

@@ -12,6 +12,7 @@ import msgspec
 from fastapi import Depends, Query, Request
 from fastapi.responses import Response
 
+from formiga_bt.base.roles import Deed
 from formiga_bt.services.http.routes import REF, FactRoutes
 from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.refused import Refused
@@ -43,9 +44,12 @@ def add(routes: FactRoutes, store: AttachmentStore) -> None:
         "content": {"application/json": {"schema": {"$ref": REF.format(name="AttachmentKept")}}},
     }
 
+    path = "/v1/attachments/{sha256}"
+
     @routes.app.put(
-        "/v1/attachments/{sha256}", tags=["attachments"], status_code=201, response_model=None, responses={201: about}
-    )
+        path, tags=["attachments"], status_code=201, response_model=None, responses={201: about},
+        dependencies=routes.guard("PUT", path, Deed.ATTACH),
+    )  # fmt: skip
     def keep(sha256: str, data: Annotated[bytes, Depends(_body)]) -> Response:
         """Keep the bytes of an attachment, which are the body; the same again changes nothing."""
         try:
@@ -56,7 +60,9 @@ def add(routes: FactRoutes, store: AttachmentStore) -> None:
         answer = msgspec.json.encode(AttachmentKept(sha256=sha256, size=len(data)))
         return Response(answer, 201, media_type="application/json")
 
-    @routes.app.get("/v1/attachments/{sha256}", tags=["attachments"], response_model=None, response_class=Response)
+    seeing = routes.guard("GET", path, Deed.SEE)
+
+    @routes.app.get(path, tags=["attachments"], response_model=None, response_class=Response, dependencies=seeing)
     def fetch(
         sha256: str,
         name: Annotated[str, Query(max_length=100, description="how a browser calls the file that it saves")] = "",

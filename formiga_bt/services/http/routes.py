@@ -6,9 +6,11 @@ from inspect import signature
 from typing import Any, Final, TypeVar
 
 import msgspec
-from fastapi import FastAPI, Response
+from fastapi import Depends, FastAPI, Response
 from msgspec import Struct
 
+from formiga_bt.base.roles import Deed
+from formiga_bt.services.http.speaking import require
 from formiga_bt.services.http.urgent import in_lane, is_urgent
 
 REF: Final = "#/components/schemas/{name}"
@@ -26,20 +28,31 @@ class FactRoutes:
         self.app = app
         self.kinds: set[type[Struct]] = set()
         """Of the answers."""
+        self.deeds: dict[tuple[str, str], Deed] = {}
+        """What the caller of each route must be allowed, by method and path; some look further."""
 
-    def get(self, path: str, tag: str) -> Callable[[F], F]:
+    def get(self, path: str, tag: str, may: Deed = Deed.SEE) -> Callable[[F], F]:
         """Add a route that only looks."""
-        return self._add("GET", path, tag)
+        return self._add("GET", path, tag, may)
 
-    def post(self, path: str, tag: str, status: int = 200) -> Callable[[F], F]:
-        """Add a route that changes something."""
-        return self._add("POST", path, tag, status)
+    def post(self, path: str, tag: str, may: Deed, status: int = 200) -> Callable[[F], F]:
+        """Add a route that changes something; `may` is what its caller must be allowed."""
+        return self._add("POST", path, tag, may, status)
 
-    def delete(self, path: str, tag: str) -> Callable[[F], F]:
+    def delete(self, path: str, tag: str, may: Deed) -> Callable[[F], F]:
         """Add a route that ends something."""
-        return self._add("DELETE", path, tag)
+        return self._add("DELETE", path, tag, may)
 
-    def _add(self, method: str, path: str, tag: str, status: int = 200) -> Callable[[F], F]:
+    def guard(self, method: str, path: str, may: Deed) -> list[Any]:
+        """Return the dependencies of a route that let in who may do this: before the body is looked at."""
+
+        async def check() -> None:
+            require(may)
+
+        self.deeds[method, path] = may
+        return [Depends(check)]
+
+    def _add(self, method: str, path: str, tag: str, may: Deed, status: int = 200) -> Callable[[F], F]:
         def put(function: F) -> F:
             kind: type[Struct] = signature(function).return_annotation
             self.kinds.add(kind)
@@ -52,7 +65,8 @@ class FactRoutes:
             about = {"description": (kind.__doc__ or "").strip(), "content": {"application/json": {"schema": schema}}}
             self.app.add_api_route(
                 path, in_lane(answer) if is_urgent(method, path) else answer, methods=[method], tags=[tag],
-                status_code=status, response_model=None, response_class=Response, responses={status: about},
+                dependencies=self.guard(method, path, may), status_code=status, response_model=None,
+                response_class=Response, responses={status: about},
             )  # fmt: skip
             return function
 

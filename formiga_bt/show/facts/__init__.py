@@ -42,6 +42,7 @@ from formiga_bt.show.facts.orders import (
     PreflightFact,
     ServedFact,
     SkippedFact,
+    SpeakerFact,
     TaskList,
     TaskRequested,
 )  # fmt: skip
@@ -91,7 +92,7 @@ __all__ = [
     "LockdownFact", "MapLane", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply",
     "OrderedFact",    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
     "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact",
-    "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
+    "SpeakerFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
     "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "TypeFact", "VersionFact",
     "Waiting",
 ]  # fmt: skip

@@ -103,6 +103,20 @@ class OrderDone(Struct, frozen=True):
     text: str
 
 
+class SpeakerFact(Struct, frozen=True):
+    """Who a caller is to an engine."""
+
+    name: str
+    """The account whose token came; `local`: who calls on the engine's own machine, or with the site's token."""
+    roles: tuple[str, ...]
+    agent: str
+    """The agent that this account is; "" = none."""
+    tasks: tuple[str, ...]
+    """Tasks that it may request; empty = all, if it may request any."""
+    may: tuple[str, ...]
+    """What it may do."""
+
+
 class TaskRequested(Struct, frozen=True):
     """A task was taken; follow it at `/v1/tasks/{id}`."""
 
