@@ -21,6 +21,10 @@ class SimAction(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     moves_to: str = ""
     """The field that says where the agent goes (a place or a position)."""
+    height: str = ""
+    """The field that says how high it takes off."""
+    speed: str = "speed"
+    """The field that says how fast it goes."""
     requires: Literal["", "airborne", "grounded"] = ""
     effect: Literal["", "airborne", "grounded"] = ""
     """How it stands afterwards; of what flies."""

@@ -178,7 +178,7 @@ class Machine(Body):
             if is_low:
                 return "battery_low"
             to = read_place(request.fields.get(action.moves_to))
-            return [Leg(point, "drive", speed_of(request)) for point in self._way(here, to)]
+            return [Leg(point, "drive", speed_of(request, action.speed)) for point in self._way(here, to)]
         return [Leg(here, self._still(), lasts_us=lasts_us(action, self._seed, request.goal_id))]
 
     def _way(self, here: Position, to: Place) -> list[Position]:  # noqa: ARG002  (straight ways begin anywhere)

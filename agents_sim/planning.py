@@ -125,10 +125,11 @@ def _as_said(
     """Return the legs of an action of which only the catalogue is known: away, then up or down, or some time here."""
     rise: list[Leg] = []
     if not is_airborne and (action.moves_to or action.effect == "airborne"):
-        here = Position(here.east_m, here.north_m, START_M)
+        up = read_number(request.fields[action.height]) if action.height in request.fields else START_M
+        here = Position(here.east_m, here.north_m, max(up, LOWEST_HOVER_M))
         rise = [Leg(here, "climb")]
     to = _target(request.fields.get(action.moves_to), here) if action.moves_to else None
-    way = [] if to is None else [*_rise(here), Leg(to, "cruise", speed_of(request))]
+    way = [] if to is None else [*_rise(here), Leg(to, "cruise", speed_of(request, action.speed))]
     there = here if to is None else to
     if action.effect == "grounded" or (rise and action.effect != "airborne"):
         return [*rise, *way, Leg(Position(there.east_m, there.north_m, 0.0), "descend")]
@@ -188,7 +189,7 @@ def _take_off(request: GoalRequest, here: Position) -> list[Leg] | str:
 
 def _leg(request: GoalRequest, here: Position) -> list[Leg] | str:
     to = read_position(request.fields.get("to"))
-    return "too_low" if to.up_m < LOWEST_HOVER_M else [*_rise(here), Leg(to, "cruise", speed_of(request))]
+    return "too_low" if to.up_m < LOWEST_HOVER_M else [*_rise(here), Leg(to, "cruise", speed_of(request, "speed"))]
 
 
 def _landing(request: GoalRequest, here: Position) -> list[Leg] | str:
@@ -203,7 +204,7 @@ def _sweep(request: GoalRequest, here: Position) -> list[Leg] | str:
     up = read_number(request.fields.get("altitude", here.up_m))
     if up < LOWEST_HOVER_M:
         return "too_low"
-    speed = speed_of(request)
+    speed = speed_of(request, "speed")
     places = sweep([read_place(corner) for corner in corners], SWEEP_SPACING_M)
     return [Leg(Position(place.east_m, place.north_m, up), "cruise", speed) for place in places]
 
@@ -225,13 +226,13 @@ def product(request: GoalRequest, legs: list[Leg], frame: Frame | None) -> Produ
     return Product(found.result(), (ProductFile("coverage.geojson", "application/geo+json", found.geojson(frame)),))
 
 
-def speed_of(request: GoalRequest) -> float | None:
+def speed_of(request: GoalRequest, field: str) -> float | None:
     """Return the speed that a goal asks for, m/s; None = as fast as it can.
 
     Raises:
         BadFieldError: it is no speed.
     """
-    wanted = request.fields.get("speed")
+    wanted = request.fields.get(field)
     if wanted is None:
         return None
     speed = read_number(wanted)

@@ -28,6 +28,8 @@ def action_of(spec: ActionSpec) -> SimAction:
     """Return an action as a body carries it out."""
     return SimAction(
         moves_to=spec.moves_to,
+        height=spec.height,
+        speed=spec.speed,
         requires=spec.requires,
         effect=spec.effect,
         cuts=spec.cuts,

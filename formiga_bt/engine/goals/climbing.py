@@ -23,7 +23,7 @@ def altitude_m(spec: ActionSpec, fields: dict[str, Any]) -> float | None:
     """Return how high over the base's ground an action takes a machine off; None if it is no take-off, or does not say."""
     if spec.requires != "grounded" or spec.effect != "airborne":
         return None
-    altitude = fields.get("altitude")
+    altitude = fields.get(spec.height)
     return float(altitude) if isinstance(altitude, int | float) else None
 
 

@@ -110,7 +110,7 @@ class GateView:
         region = None
         if not spec.moves_to:
             region = next((value for value in goal.fields.values() if isinstance(value, Region)), None)
-        altitude = goal.fields.get("altitude") if region is not None or spec.effect == "airborne" else None
+        altitude = goal.fields.get(spec.height) if region is not None or spec.effect == "airborne" else None
         home = core.site.ports.get(agent.home)
         near: list[Place] = []
         if spec.starts_rotors or spec.lands:
@@ -213,7 +213,6 @@ class GateView:
             return at_gate_driving(self._drive(goal, ask, agent, rescue=rescue), core.airspace, rules)
         spec = core.action(goal.action)
         moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
-        speed = goal.fields.get("speed")
         flight = GateFlight(
             agent=agent.id,
             here=ask.position,
@@ -223,7 +222,7 @@ class GateView:
             region_up_m=ask.rises_to_m if ask.region is not None else None,
             lands_at=(ask.target.ground if isinstance(ask.target, Position) else ask.target) if ask.lands else None,
             hover_s=0.0 if moves else spec.typical_us / SECOND,
-            speed_m_s=float(speed) if isinstance(speed, int | float) else None,
+            speed_m_s=core.asked_speed(goal),
             spots=(agent.stood_at,) if agent.stood_at is not None else (),
             battery=agent.battery,
             payload_kg=agent.payload_kg,
@@ -237,7 +236,7 @@ class GateView:
         return at_gate(flight, core.airspace, rules)
 
     def _drive(self, goal: GoalRecord, ask: GateInput, agent: AgentRecord, *, rescue: bool) -> Drive:
-        kind, speed = self._core.agent_type(agent), goal.fields.get("speed")
+        kind = self._core.agent_type(agent)
         own = {**kind.limits, **agent.limits}
         target = ask.target
         return Drive(
@@ -245,7 +244,7 @@ class GateView:
             here=ask.position,
             to=target.ground if isinstance(target, Position) else target,
             around=_around(ask.position, ask.region),
-            speed_m_s=float(speed) if isinstance(speed, int | float) else None,
+            speed_m_s=self._core.asked_speed(goal),
             own_speed_m_s=own.get("speed_m_s", 0.0),
             battery=agent.battery,
             drain_pct_s=own.get("drive_drain_pct_s", 0.0),

@@ -293,10 +293,10 @@ def _resources_on(core: Core) -> dict[str, tuple[str, ...]]:
 
 
 def _slowed(fields: dict[str, Any], spec: ActionSpec, most: float | None) -> dict[str, Any]:
-    if most is None or "speed" not in spec.fields:
+    if most is None or not spec.speed:
         return fields
-    asked = fields.get("speed")
-    return {**fields, "speed": min(most, asked) if isinstance(asked, int | float) else most}
+    asked = fields.get(spec.speed)
+    return {**fields, spec.speed: min(most, asked) if isinstance(asked, int | float) else most}
 
 
 def _metres(graph: RouteGraph, way: tuple[Entry, tuple[str, ...]]) -> float:

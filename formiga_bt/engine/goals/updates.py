@@ -164,8 +164,8 @@ class Updates:
     def _drift_m(self, agent: AgentRecord, goal: GoalRecord) -> float:
         """Return how far the machine gets on its former way until the update has reached it, or is too old."""
         known = {**self._core.agent_type(agent).limits, **agent.limits}
-        speed = goal.fields.get("speed")
-        pace = float(speed) if isinstance(speed, int | float) else known.get("speed_m_s", FAST_M_S)
+        asked = self._core.asked_speed(goal)
+        pace = known.get("speed_m_s", FAST_M_S) if asked is None else asked
         rest = distance_m(agent.position, goal.leg[1]) if agent.position is not None and goal.leg is not None else 0.0
         return min(rest, pace * TTL_BEATS)
 

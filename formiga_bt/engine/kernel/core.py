@@ -347,6 +347,11 @@ class Core:
         """Return the catalogue's entry for an action."""
         return self.catalogue.actions[name]
 
+    def asked_speed(self, goal: GoalRecord) -> float | None:
+        """Return the speed that a goal asks for, m/s; None = as fast as its machine goes."""
+        speed = goal.fields.get(self.action(goal.action).speed)
+        return float(speed) if isinstance(speed, int | float) else None
+
     def rules(self, agent: AgentRecord, task_id: str) -> Rules:
         """Return the limits of a machine that flies for a task."""
         task = self.state.tasks.get(task_id)

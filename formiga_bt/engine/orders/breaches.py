@@ -135,8 +135,8 @@ class Breaches:
         lag = lag_since(core.state, since)
         if lag is None:
             return ()  # the engine comes late, not the machine
-        (start, end), speed = goal.leg, goal.fields.get("speed")
-        pace = min(speed_m_s, float(speed)) if isinstance(speed, int | float) else speed_m_s
+        (start, end), asked = goal.leg, core.asked_speed(goal)
+        pace = speed_m_s if asked is None else min(speed_m_s, asked)
         least = 0.5 if agent.flies else 0.05
         typical_s = horizontal_m(start, end) / max(pace, least) + abs(end.up_m - start.up_m) / max(climb_m_s, 0.2)
         most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - since) / SECOND

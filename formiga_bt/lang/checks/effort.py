@@ -258,7 +258,7 @@ class _Walk:
             return Sum()
         role = who.get(step.who.name, step.who.name)
         target = self.value(step.fields.get(spec.moves_to), names) if spec.moves_to else None
-        speed = self.value(step.fields.get("speed"), names)
+        speed = self.value(step.fields.get(spec.speed), names)
         spent = Sum(spec.typical_us / 1e6)
         if isinstance(target, Position) and spec.effect == "":
             way = self.spending.way(role, at.get(role), target, speed if isinstance(speed, float | int) else None)

@@ -31,6 +31,10 @@ class FieldSpec(Struct, frozen=True):
     help: str = ""
 
 
+HEIGHTS: Final = ("altitude", "height")
+"""What fields of actions are called that are heights over the ground."""
+
+
 class ActionSpec(Struct, frozen=True):
     """An action of the catalogue."""
 
@@ -54,6 +58,22 @@ class ActionSpec(Struct, frozen=True):
     cuts: bool = False
     """It stops the motors at once, also in the air: only for a person's order `cut`, never for a tree."""
     help: str = ""
+
+    @property
+    def height(self) -> str:
+        """Return the field that says how high over the ground it flies, or "": of what takes off its one distance, too."""
+        lengths = self._of_type("distance")
+        named = [name for name in lengths if name in HEIGHTS]
+        return next(iter(named or (lengths if self.effect == "airborne" and len(lengths) == 1 else [])), "")
+
+    @property
+    def speed(self) -> str:
+        """Return the field that says how fast it goes, or ""."""
+        speeds = self._of_type("speed")
+        return "speed" if "speed" in speeds else speeds[0] if len(speeds) == 1 else ""
+
+    def _of_type(self, name: str) -> list[str]:
+        return [field.name for field in self.fields.values() if field.type.name == name]
 
 
 Rest = Literal["", "grounded_at_port", "parked", "docked", "anywhere"]

@@ -12,7 +12,7 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.naming import an_order
-from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
+from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, check_ceiling, most_height, note_height
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.tracking import read_track
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, named_first, read_held, read_who
@@ -115,8 +115,8 @@ def _read_fields(
             body.count(entry.value)
             continue
         values[name] = body.value(entry.value, field.type, name, optional=field.optional or field.default is not None)
-        _check_field_range(body, values[name], field, spec.name, role)
-        note_height(body, values[name], field, role)
+        _check_field_range(body, values[name], field, spec, role)
+        note_height(body, values[name], field, spec, role)
         if field.type.name == "position":
             check_ceiling(body, values[name], entry.value, role)
     ordered: dict[str, Expr] = {}
@@ -131,12 +131,12 @@ def _read_fields(
     return values, ordered
 
 
-def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, role: str) -> None:
+def _check_field_range(body: Body, expr: Expr, field: FieldSpec, spec: ActionSpec, role: str) -> None:
     if not expr.is_const or isinstance(expr.const, bool) or not isinstance(expr.const, int | float):
         return
     shown = format_quantity(field.type.name, float(expr.const))
-    limit, whose, help_ = field.max, owner, ""
-    if field.type.name == "distance" and field.name in HEIGHTS:
+    limit, whose, help_ = field.max, spec.name, ""
+    if field.name == spec.height:
         most, who = most_height(body, role)
         if limit is None or most <= limit:
             limit, whose, help_ = most, who, ENVELOPE_SAYS
@@ -146,7 +146,7 @@ def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, rol
         body.problems.add("E062", expr.mark, what, help_)
     if field.min is not None and expr.const < field.min:
         least = format_quantity(field.type.name, field.min)
-        body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {least} for {owner}")
+        body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {least} for {spec.name}")
 
 
 def as_order(body: Body, text: str) -> str:

@@ -8,26 +8,24 @@ from typing import Final
 from formiga_bt.base.geo import Position
 from formiga_bt.base.units import format_quantity, parse_quantity
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.model import Expr, FieldSpec
+from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.site.envelope import ceiling
 from formiga_bt.lang.text.document import Node
 from formiga_bt.lang.walk import plain_name
 from formiga_bt.lang.world import Callee
 
-HEIGHTS: Final = ("altitude", "height")
-"""Fields of actions that are heights over the ground."""
 ENVELOPE_SAYS: Final = "this is max_height of the envelope"
 _NAMED_HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([A-Za-z_]\w*)\s*\)\s*\}?\s*\Z")
 _HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([\d.]+)\s*(k?m)\s*\)\s*\}?\s*\Z")
 
 
-def note_height(body: Body, expr: Expr, field: FieldSpec, role: str) -> None:
+def note_height(body: Body, expr: Expr, field: FieldSpec, spec: ActionSpec, role: str) -> None:
     """Note a name that says how high an agent flies, so that calls which give it a constant can be checked."""
     if field.type.name == "position":
         written = _NAMED_HEIGHT.search(expr.source)
         name = written[1] if written is not None else ""
     else:
-        name = plain_name(expr) if field.name in HEIGHTS else ""
+        name = plain_name(expr) if field.name == spec.height else ""
     if name:
         body.heights.setdefault(name, role)
 
