@@ -64,12 +64,17 @@ def constants(path: Path) -> Iterator[tuple[int, str]]:
 
 def named(path: Path, names: frozenset[str]) -> list[str]:
     """Return where a file names a type or an action."""
-    codes = {name for name in names if not is_word(name)}
+    codes = {name.lower(): name for name in names if not is_word(name)}
     return [
         f"{path.relative_to(ROOT)}:{line}: {name}"
         for line, text in constants(path)
-        for name in sorted({*codes.intersection(re.findall(r"\w+", text)), *names.intersection([text]) - WORDS.keys()})
+        for name in sorted({*_tokens(text, codes), *names.intersection([text]) - WORDS.keys()})
     ]
+
+
+def _tokens(text: str, codes: dict[str, str]) -> set[str]:
+    """Return the names that stand in a text, in whatever case."""
+    return {codes[word] for word in map(str.lower, re.findall(r"\w+", text)) if word in codes}
 
 
 @cache

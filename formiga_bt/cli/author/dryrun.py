@@ -157,7 +157,7 @@ def command(
         typer.echo("\n" + in_words(*told))
     rehearsal.close()
     if gantt is not None or map_ is not None:
-        draw_steps(rehearsal.steps, the_site, tasks, gantt, map_)
+        draw_steps(rehearsal.steps, the_site, world.catalogue, tasks, gantt, map_)
     if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES, "never_offered")):
         raise typer.Exit(1)
 

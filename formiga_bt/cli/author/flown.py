@@ -8,7 +8,7 @@ from formiga_bt.base.errors import UnusableFile
 
 if TYPE_CHECKING:
     from formiga_bt.engine.kernel.inputs import EngineStep
-    from formiga_bt.lang.model import Site, Task
+    from formiga_bt.lang.model import Catalogue, Site, Task
     from formiga_bt.show.history.folded import FoldedSource
 
 
@@ -27,7 +27,9 @@ def check_pictures(*outs: Path | None, as_json: bool) -> None:
             form_of(out)
 
 
-def source_of_steps(steps: "Iterable[EngineStep]", site: "Site", tasks: "Sequence[Task]") -> "FoldedSource":
+def source_of_steps(
+    steps: "Iterable[EngineStep]", site: "Site", catalogue: "Catalogue", tasks: "Sequence[Task]"
+) -> "FoldedSource":
     """Return what can be asked of a run that is over."""
     from formiga_bt.show.history.folded import FoldedSource
     from formiga_bt.show.history.ledger import ALL, Ledger
@@ -35,11 +37,16 @@ def source_of_steps(steps: "Iterable[EngineStep]", site: "Site", tasks: "Sequenc
     ledger = Ledger(ALL)
     for step in steps:
         ledger.feed(step)
-    return FoldedSource(ledger, site, {task.name: task for task in tasks})
+    return FoldedSource(ledger, site, {task.name: task for task in tasks}, catalogue)
 
 
 def draw_steps(
-    steps: "Iterable[EngineStep]", site: "Site", tasks: "Sequence[Task]", gantt: Path | None, map_: Path | None
+    steps: "Iterable[EngineStep]",
+    site: "Site",
+    catalogue: "Catalogue",
+    tasks: "Sequence[Task]",
+    gantt: Path | None,
+    map_: Path | None,
 ) -> None:
     """Write pictures of what an engine did; None = not this one, `-` = to the terminal.
 
@@ -48,7 +55,7 @@ def draw_steps(
     """
     from formiga_bt.cli import picture_out as out
 
-    source = source_of_steps(steps, site, tasks)
+    source = source_of_steps(steps, site, catalogue, tasks)
     plain, room = out.is_plain(False), out.columns(None)
     timeline = source.timeline()
     if gantt is not None:

@@ -63,6 +63,7 @@ from formiga_bt.show.facts.site import (
     AgentFact,
     AttachmentKept,
     Because,
+    Deed,
     Explanation,
     FailureFact,
     FileFact,
@@ -86,11 +87,11 @@ from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepSta
 
 __all__ = [
     "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "AttachmentKept", "Because",
-    "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "DiscoveredFact", "DraftFact", "Drawing",
+    "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
     "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
     "LockdownFact", "MapLane", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply",
-    "OrderedFact",    "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
+    "OrderedFact", "ParamFact", "PastTask", "PilotFact", "PilotList", "Point", "PreflightFact", "Problem", "QuestionFact",
     "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact",
     "SpeakerFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
     "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "TypeFact", "VersionFact",

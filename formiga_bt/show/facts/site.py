@@ -1,6 +1,6 @@
 """Facts of a site: its tasks, agents, goals, questions and lines, and the whole of it at one instant."""
 
-from typing import Any
+from typing import Any, Literal
 
 from msgspec import Struct
 
@@ -159,6 +159,10 @@ class GoalFact(Struct, frozen=True, kw_only=True):
     """Where it goes, in words."""
 
 
+Deed = Literal["", "rise", "move", "ask", "stop"]
+"""What an action does to its agent, as pictures tell them apart: up or down, to a place, asked, stopped; "" = it works."""
+
+
 class ActionFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A goal of an agent, from its sending to its end."""
 
@@ -174,6 +178,7 @@ class ActionFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     path: str = ""
     """Of its step; "" for what the engine sends itself."""
     detail: str = ""
+    does: Deed = ""
 
     @property
     def ended_well(self) -> bool:

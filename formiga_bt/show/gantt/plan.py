@@ -17,7 +17,7 @@ from formiga_bt.show.ticks import lasted
 Kind = Literal["rise", "move", "work", "ask", "stop", "mixed"]
 KINDS: Final[dict[Kind, str]] = {
     "rise": "take off, land",
-    "move": "fly",
+    "move": "move",
     "work": "work",
     "ask": "ask a person",
     "stop": "stop",
@@ -40,12 +40,6 @@ PAGE: Final = 60
 _WELL = frozenset({"succeeded", "answered", "again"})
 _CANCELED = frozenset({"canceled", "withdrawn", "superseded", "interrupted"})
 _WORST: dict[Sign, int] = {"": 0, "running": 1, "canceled": 2, "failed": 3}
-_STARTS: tuple[tuple[tuple[str, ...], Kind], ...] = (
-    (("takeoff", "land", "climb", "descend"), "rise"),
-    (("goto", "return", "follow", "move", "fly", "walk"), "move"),
-    (("confirm", "ask"), "ask"),
-    (("cut", "hold", "stop", "hover"), "stop"),
-)
 
 
 class Bar(Struct, frozen=True, kw_only=True):
@@ -118,12 +112,6 @@ class GanttChart(Struct, frozen=True, kw_only=True):
         """Return the kinds of waiting that are drawn, in the order of the legend."""
         drawn = {rest.kind for group in self.groups for row in group.rows for rest in row.rests}
         return [kind for kind in WAITS if kind in drawn]
-
-
-def kind_of(action: str) -> Kind:
-    """Return the kind of an action by its name."""
-    word = action.rpartition(".")[2].replace("_", "").lower()
-    return next((kind for starts, kind in _STARTS if word.startswith(starts)), "work")
 
 
 def sign_of(action: ActionFact) -> Sign:
@@ -254,7 +242,7 @@ def _bars(actions: Iterable[ActionFact], start: Micros, end: Micros, now: Micros
         tip = ", ".join(
             word for word in (f"{a.agent}: {a.action} {a.detail}".rstrip(), how, lasted(stop - a.start)) if word
         )
-        sign, kind = sign_of(a), kind_of(a.action)
+        sign, kind = sign_of(a), a.does or "work"
         bars.append(Bar(name=a.action, kind=kind, start=max(a.start, start), end=min(stop, end), sign=sign, tip=tip))
     return bars
 

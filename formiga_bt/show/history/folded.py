@@ -41,6 +41,7 @@ from formiga_bt.show.history.holding import resource_facts
 from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.history.notes import notes
 from formiga_bt.show.history.records import agent_fact, agents_of, goal_fact, question_fact, task_fact
+from formiga_bt.show.history.rows import ActionRow, deed_of
 from formiga_bt.show.history.spreads import stats
 from formiga_bt.show.history.urgency import NEVER, UrgencyIndex
 from formiga_bt.show.lapse import lapses_at
@@ -281,9 +282,13 @@ class FoldedSource:
             return Timeline(
                 at=index.now,
                 tasks=tuple(task_fact(index, task) for task in sorted(shown, key=lambda one: one.order)),
-                actions=_by_start([row.fact() for story in stories for row in story.rows]),
+                actions=_by_start([self._told(row) for story in stories for row in story.rows]),
                 waits=_by_start(waits),
             )
+
+    def _told(self, row: ActionRow) -> ActionFact:
+        spec = self._catalogue.actions.get(row.action) if self._catalogue is not None else None
+        return replace(row.fact(), does=deed_of(row.action, spec))
 
     def chart(self, tasks: Sequence[str] = ()) -> Chart:
         """Return the site's map with the ways of the agents of some tasks, or of all agents."""

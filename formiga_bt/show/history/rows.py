@@ -1,14 +1,18 @@
 """Rows of a task's history: its actions, and the spans in which it waits. A row of something that lasts is changed in place."""
 
-from typing import Literal
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final, Literal
 
 from msgspec import Struct
 
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.records import GoalRecord
+from formiga_bt.lang.model import ActionSpec
 from formiga_bt.lang.places import static_path
-from formiga_bt.show.facts import ActionFact, Waiting
+from formiga_bt.show.facts import ActionFact, Deed, Waiting
 
 SECTIONS = frozenset({"steps", "on_failure", "on_abort", "finally"})
 """Sections of a task's file; in others machines are brought home."""
@@ -44,6 +48,23 @@ class ActionRow(Struct):
             task=self.task, agent=self.agent, action=self.action, start=self.start, end=self.end,
             state=self.state, code=self.code, goal=self.goal, path=self.path, detail=self.detail,
         )  # fmt: skip
+
+
+ORDERED: Final[Mapping[str, Deed]] = MappingProxyType({"hold": "stop", "cut": "stop", "return": "move", "land": "rise"})
+"""What the engine's own goals do, which no catalogue has."""
+
+
+def deed_of(action: str, spec: ActionSpec | None) -> Deed:
+    """Return what an action does to its agent, by what the catalogue says of it."""
+    if action == CONFIRM:
+        return "ask"
+    if spec is None:
+        return ORDERED.get(action, "")
+    if spec.cuts:
+        return "stop"
+    if spec.effect or spec.lands:
+        return "rise"
+    return "move" if spec.moves_to else ""
 
 
 class WaitRow(Struct):

@@ -1,8 +1,11 @@
 """A small flight and its site, made by hand: what charts and maps are tested with."""
 
 from formiga_bt.base.clock import SECOND
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.show.facts import ActionFact, Chart, MapMark, MapShape, Point, TaskFact, Timeline, Track, Waiting
+from formiga_bt.show.history.rows import deed_of
 
+_, CATALOGUE = packaged_world()
 ZERO = 1_000_000 * SECOND
 
 
@@ -27,7 +30,14 @@ def action(
     of: str = "PickUp-1",
 ) -> ActionFact:
     return ActionFact(
-        task=of, agent=agent, action=name, start=at(start), end=None if end is None else at(end), state=state, code=code
+        task=of,
+        agent=agent,
+        action=name,
+        start=at(start),
+        end=None if end is None else at(end),
+        state=state,
+        code=code,
+        does=deed_of(name, CATALOGUE.actions.get(name)),
     )
 
 

@@ -5,11 +5,14 @@ from datetime import UTC
 import pytest
 
 from formiga_bt.base.clock import SECOND
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.errors import UnusableFile
+from formiga_bt.lang.model import ActionSpec
 from formiga_bt.show.facts import ActionFact, TaskFact, Timeline, Waiting
 from formiga_bt.show.gantt.files import made
-from formiga_bt.show.gantt.plan import kind_of, planned
+from formiga_bt.show.gantt.plan import planned
 from formiga_bt.show.gantt.text import drawn, letters_of
+from formiga_bt.show.history.rows import deed_of
 from tests.golden import Wording
 from tests.unit.show.flown import PICKUP, action, at, task
 
@@ -23,7 +26,7 @@ PickUp-1  SUCCEEDED after 1 min 40 s
   s         0           20          40         60          80        100
 
 C Confirm   G GoTo
-▒▒ take off, land   ━━ fly   ▓▓ work   ╌╌ ask a person
+▒▒ take off, land   ━━ move   ▓▓ work   ╌╌ ask a person
 ·· waits for agents   ?? waits for an answer   :: waits at the gate
 ‖‖ held   ✗ failed   ⊘ canceled
 """
@@ -39,7 +42,7 @@ PickUp-1  SUCCEEDED after 1 min 40 s
 
 C Confirm   G GoTo   L LandIn
 T TakeOff
-^^ take off, land   -- fly   ## work
+^^ take off, land   -- move   ## work
 ~~ ask a person
 .. waits for agents
 ?? waits for an answer
@@ -201,11 +204,21 @@ def test_png_is_png() -> None:
     assert made(PICKUP, "png").startswith(b"\x89PNG")
 
 
-def test_kinds_go_by_names() -> None:
-    assert {name: kind_of(name) for name in ("TakeOff", "LandIn", "drone.GoTo", "Confirm", "CutMotors", "Explore")} == {
-        "TakeOff": "rise", "LandIn": "rise", "drone.GoTo": "move", "Confirm": "ask", "CutMotors": "stop",
-        "Explore": "work",
+def test_kinds_go_by_what_the_catalogue_says() -> None:
+    """Of any catalogue: no name is looked at."""
+    here = Mark("own.yaml", 1, 1)
+    specs = {
+        "Rise": ActionSpec("Rise", here, effect="airborne"), "Sink": ActionSpec("Sink", here, lands=True),
+        "Roll": ActionSpec("Roll", here, moves_to="to"), "Kill": ActionSpec("Kill", here, cuts=True, effect="grounded"),
+        "GoTo": ActionSpec("GoTo", here),
     }  # fmt: skip
+
+    assert {name: deed_of(name, spec) for name, spec in specs.items()} == {
+        "Rise": "rise", "Sink": "rise", "Roll": "move", "Kill": "stop", "GoTo": "",
+    }  # fmt: skip
+    assert [deed_of(name, None) for name in ("hold", "return", "land", "cut", "Confirm")] == [
+        "stop", "move", "rise", "stop", "ask",
+    ]  # fmt: skip
 
 
 def test_letters_are_all_different() -> None:
