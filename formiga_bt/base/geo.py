@@ -309,12 +309,7 @@ class Frame:
 
     @cached_property
     def _transformer(self) -> Any:
-        from pyproj import Transformer
-
-        return Transformer.from_pipeline(
-            "+proj=pipeline +step +proj=axisswap +order=2,1 +step +proj=unitconvert +xy_in=deg +xy_out=rad "
-            f"+step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 +lon_0={self.lng!r} +lat_0={self.lat!r}"
-        )
+        return _transformer(self.lat, self.lng)
 
     def place(self, lat: float, lng: float) -> Place:
         """Return the place at WGS84 `lat`, `lng` (degrees), rounded to 1 mm."""
@@ -332,3 +327,14 @@ class Frame:
         # A point on the ellipsoid lies below the tangent plane by about d^2 / 2R.
         d2 = point.east_m**2 + point.north_m**2
         return float(-d2 / (2 * 6_378_137.0))
+
+
+@lru_cache(maxsize=16)
+def _transformer(lat: float, lng: float) -> Any:
+    """Return the transformer of a frame; making one takes as long as two hundred places."""
+    from pyproj import Transformer
+
+    return Transformer.from_pipeline(
+        "+proj=pipeline +step +proj=axisswap +order=2,1 +step +proj=unitconvert +xy_in=deg +xy_out=rad "
+        f"+step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 +lon_0={lng!r} +lat_0={lat!r}"
+    )

@@ -27,6 +27,8 @@ _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
 
 BASE: Final = Place(0.0, 0.0)
+MOST_PROBLEMS: Final = 20
+"""Told of one request."""
 
 
 class SiteEnv:
@@ -127,7 +129,18 @@ def bind_params(
     binding.problems += read.found
     if not read.has_errors():  # else nobody knows what is missing
         binding.finish()
-    return binding.values, binding.problems, binding.sources
+    return binding.values, _few(binding.problems), binding.sources
+
+
+def _few(problems: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the first problems, with how many more there are: a table that is wrong in one row is mostly so in each."""
+    first, more = problems[:MOST_PROBLEMS], problems[MOST_PROBLEMS:]
+    if not more:
+        return first
+    return [
+        *first,
+        Diagnostic(more[0].code, more[0].mark, f"{len(more)} more are wrong from here on", "mend the first ones"),
+    ]
 
 
 class _Binding:

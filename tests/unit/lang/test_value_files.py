@@ -4,11 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from formiga_bt.base.bounds import MOST_CELLS, MOST_FILE_BYTES
 from formiga_bt.base.diagnostics import render
 from formiga_bt.base.geo import Place, Region, horizontal_m
-from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.lang.request.binding import MOST_PROBLEMS, bind_params
 from formiga_bt.lang.request.value_files import ValueFile, given_in, read_value_file
 from formiga_bt.rehearsal.testing import packaged_world, task_of
 from tests.golden import Wording
@@ -21,6 +23,9 @@ TYPES = {
     "user": "{type: agent, of: [picker]}",
 }  # fmt: skip
 
+ALL = "".join(f"  {name}: {of}\n" for name, of in TYPES.items())
+EVERY = task_of(f"params:\n{ALL}{STEPS}", SITE, CATALOGUE)
+
 
 def bound(*files: ValueFile, **given: str) -> tuple[dict[str, Any], str]:
     wanted = {name for one in files for name in [one.param, *given_in([one])] if name in TYPES} | set(given)
@@ -28,6 +33,11 @@ def bound(*files: ValueFile, **given: str) -> tuple[dict[str, Any], str]:
     task = task_of(f"params:\n{params}{STEPS}", SITE, CATALOGUE)
     values, problems, sources = bind_params(task, given, SITE, files=files)
     return values, "\n".join(render(one, sources) for one in problems)
+
+
+def bound_all(*files: ValueFile) -> tuple[dict[str, Any], list[str]]:
+    values, problems, sources = bind_params(EVERY, {}, SITE, files=files)
+    return values, [render(one, sources) for one in problems]
 
 
 def table(text: str, param: str = "spots") -> ValueFile:
@@ -144,3 +154,24 @@ def test_a_byte_order_mark_and_windows_line_ends_are_no_matter(tmp_path: Path) -
 
     assert isinstance(read, ValueFile)
     assert bound(read)[0] == {"spots": (Place(0.0, 0.0),)}
+
+
+def test_of_many_rows_that_are_wrong_the_first_are_told() -> None:
+    told = bound(table("depth\n" + "4\n" * 300, "depths"))[1]
+
+    assert told.count("needs a unit") == MOST_PROBLEMS
+    assert "rows.csv:22:1: E017: 280 more are wrong from here on" in told
+
+
+CELLS = st.sampled_from(
+    ["lat", "lng", "66.5", "25.7", "camp", '"', ",", ";", "\n", "\r", "\x00", "${", "}", " ", "4 m", "{", "[", ":"]
+)
+
+
+@given(text=st.lists(CELLS, max_size=40).map("".join), name=st.sampled_from(["a.csv", "a.geojson", "a.yaml", "a.json"]),
+       param=st.sampled_from(["spots", "target", "field", "height", ""]))  # fmt: skip
+def test_no_text_of_a_file_is_too_odd(text: str, name: str, param: str) -> None:
+    files = [ValueFile(name, text, param)]
+    values, wrong = bound_all(*files)
+
+    assert wrong or values
