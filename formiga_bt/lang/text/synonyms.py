@@ -103,7 +103,6 @@ KEY_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
         "whom": "of",
         "output": "save_as",
         "register": "save_as",
-        "within": "max_time",
     }
 )
 """Options of other languages."""
