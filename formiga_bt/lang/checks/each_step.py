@@ -1,6 +1,7 @@
 """What each step must hold, whatever the others do: retries, time-outs, ignored failures, loops that wait, tidying up.
 
-E042 (`spinning`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
+E042 (`busy_loops`), W104 (`quick_rounds`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 and W069. Called by
+`whole`.
 """
 
 from typing import assert_never
@@ -13,6 +14,7 @@ from formiga_bt.lang.checks.endings import is_left
 from formiga_bt.lang.checks.flight.contention import check_contention
 from formiga_bt.lang.checks.flight.same_machine import check_same_machine
 from formiga_bt.lang.checks.haste import check_haste
+from formiga_bt.lang.checks.quick_rounds import check_quick_rounds
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -193,6 +195,7 @@ class StepChecks:
             self.problems.add("W049", step.mark, f"{endless}: add timeout:", "such as: timeout: 10 min")
         if isinstance(step, Loop):
             check_spin(step, self.problems)
+            check_quick_rounds(step, self.problems)
         check_haste(step, self.problems)
         if step.ignore_failure:
             self._check_ignored(step)

@@ -11,9 +11,10 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.base.units import format_quantity
-from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait, WithAgents
+from formiga_bt.lang.checks.busy_loops import waits
+from formiga_bt.lang.model import Expr, Loop, Retry, Sequence, Set, Step, Task, Wait, WithAgents
 from formiga_bt.lang.text.reading import Problems
-from formiga_bt.lang.walk import all_steps, children
+from formiga_bt.lang.walk import all_steps, children, steps_once
 
 _NEVER: Final = ("in_doubt", "cancel_unconfirmed", "taken_over", "no_agent", "no_resource", "cannot_compute", "runaway")
 _BY_ANOTHER: Final = ("agent_lost",)
@@ -47,7 +48,9 @@ def _walk(steps: Iterable[Step], bound: _Bound | None, problems: Problems) -> No
         with problems.within(step.title):
             inner = _narrower(step.timeout, "timeout", bound, f"'{step.title}' ({step.mark.said})", problems)
             if step.retry is not None:
-                _check_retry(step.retry, inner, problems)
+                _check_retry(step, step.retry, inner, problems)
+            if isinstance(step, Loop) and step.every is not None:
+                _never_again(step.every, "every", "there is one round", inner, problems)
             if isinstance(step, Wait) and step.duration.is_const and step.duration.const == 0:
                 problems.add("W100", step.mark, "a wait of 0 s waits for nothing", "say how long, or take it away")
             last = step.finally_ if isinstance(step, Sequence) else ()
@@ -66,8 +69,16 @@ def _check_preempt(task: Task, problems: Problems) -> None:
             problems.add("W100", role.mark, what, "write priority: high at the head of the task, or take preempt away")
 
 
-def _check_retry(retry: Retry, bound: _Bound | None, problems: Problems) -> None:
+def _check_retry(step: Step, retry: Retry, bound: _Bound | None, problems: Problems) -> None:
     _narrower(retry.attempt_timeout, "attempt_timeout", bound, "", problems)
+    if retry.delay is not None:
+        _never_again(retry.delay, "delay", "nothing is retried", bound, problems)
+    is_pause = retry.delay is not None and _seconds(retry.delay) != 0
+    if not is_pause and not waits(step) and not _changes(step):
+        what = "each attempt comes at the same moment, and finds the same: nothing in it takes time"
+        problems.add(
+            "W100", retry.mark, what, "a delay, such as: delay: 15 s; or wait_until, which waits for a condition"
+        )
     if retry.attempts.is_const and retry.attempts.const == 1 and retry.attempt_timeout is None:
         what = "attempts counts the first one: with 1 nothing is retried"
         problems.add("W100", retry.attempts.mark, what, "such as: attempts: 3; or take retry away")
@@ -94,6 +105,20 @@ def _narrower(expr: Expr | None, key: str, bound: _Bound | None, who: str, probl
     what = f"{key} is {mine}, but {bound.who} ends after {theirs} at the latest"
     problems.add("W100", expr.mark, what, f"make it shorter than {theirs}, or take it away")
     return bound
+
+
+def _never_again(expr: Expr, key: str, so: str, bound: _Bound | None, problems: Problems) -> None:
+    """Report a pause that is no shorter than what ends it."""
+    seconds = _seconds(expr)
+    if seconds is not None and bound is not None and seconds >= bound.seconds:
+        mine, theirs = (format_quantity("duration", one) for one in (seconds, bound.seconds))
+        what = f"{key} is {mine}, but {bound.who} ends after {theirs} at the latest: {so}"
+        problems.add("W100", expr.mark, what, f"make it shorter than {theirs}")
+
+
+def _changes(step: Step) -> bool:
+    """Return whether a step sets a var, so that the next attempt may find another value."""
+    return any(isinstance(one, Set) for one in steps_once((step,)))
 
 
 def _seconds(expr: Expr | None) -> float | None:

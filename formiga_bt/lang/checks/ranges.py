@@ -18,7 +18,7 @@ from typing import Any, Final
 from msgspec import Struct
 
 from formiga_bt.base.units import format_quantity
-from formiga_bt.lang.expr.tokens import Parsed
+from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.forms import FormField
 from formiga_bt.lang.model import Ask, Expr, Param, Step
 from formiga_bt.lang.walk import children
@@ -94,7 +94,7 @@ class Ranges:
         if expr.type.name != "bool" or expr.is_const:
             return None
         forms = {**self._forms, "result": form}
-        plain = _Condition(parsed, {}, lambda node: self._range(node, parsed, forms))
+        plain = _Condition(parsed, {}, lambda node: self.range_of(node, parsed, forms))
         end = plain.turns_out()
         if end is not None:
             told = "; ".join(f"'{part}' is {bounds.told}" for part, bounds in plain.ranges.items() if bounds.told)
@@ -107,7 +107,7 @@ class Ranges:
         told = " and ".join(f"{name} ({self._shown[name]})" for name in by_default.used)
         return f"with the defaults of {told} this is {_always(end)}", "mend a default, or the comparison"
 
-    def _range(self, node: ast.AST, parsed: Parsed, forms: Mapping[str, tuple[FormField, ...]]) -> Range:
+    def range_of(self, node: ast.AST, parsed: Parsed, forms: Mapping[str, tuple[FormField, ...]]) -> Range:
         """Return what a part of a condition can be."""
         match node:
             case ast.Name(id=name):
@@ -126,6 +126,15 @@ class Ranges:
                 return _NOT_LESS_THAN_0 if helper == "distance" else _ANYTHING
             case _:
                 return _ANYTHING
+
+
+def may_be(turned: Mapping[str, bool]) -> bool:
+    """Return whether conditions may turn out so at one moment, all of them; what cannot be told may be."""
+    try:
+        parsed = parse_expression(" and ".join(f"{'' if holds else 'not '}({word})" for word, holds in turned.items()))
+    except ExprSyntax:
+        return True
+    return _Condition(parsed, {}, lambda node: Ranges({}, ()).range_of(node, parsed, {})).turns_out() is not False
 
 
 class _Condition:
