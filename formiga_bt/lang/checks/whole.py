@@ -11,6 +11,7 @@ from formiga_bt.lang.checks.flight.spacing import check_spacing
 from formiga_bt.lang.checks.flight.whole import check_flight
 from formiga_bt.lang.checks.held_back import check_requests
 from formiga_bt.lang.checks.resources import check_order, check_waits
+from formiga_bt.lang.checks.sampled import Samples
 from formiga_bt.lang.checks.sense import check_sense
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Site, Task
 from formiga_bt.lang.text.reading import Problems
@@ -31,13 +32,14 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
         ("on_abort", task.on_abort),
         ("finally", task.finally_),
     )
+    samples = Samples(task, site, sound=not problems.has_errors())
     contended: frozenset[str] = frozenset()
     for name, steps in sections:
         with problems.within(name):
             checks.check(steps, bounded=False, cleanup=name != "steps")
             contended |= check_contention(steps, types, catalogue, problems)
             contended |= check_same_machine(steps, all_roles(task), (), catalogue, problems)
-            check_spacing(steps, catalogue, min_spacing_m, problems)
+            check_spacing(steps, catalogue, samples, min_spacing_m, problems)
             check_blocks(steps, catalogue, problems)
             check_waits(steps, site, problems)
     for subtree in task.subtrees.values():

@@ -8,10 +8,12 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.helpers import REQUIRED, Arg, Helper
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typed import Mismatch, Typed, constant, did_you_mean, is_measure, mismatch
 from formiga_bt.lang.expr.typing_rules import POINTS, QUANTITIES, fits, in_words, join
+from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import ANY, Type
 
 
@@ -21,6 +23,31 @@ class BoundCall(Struct, frozen=True):
     helper: Helper
     args: list[Typed]
     returns: Type
+
+
+def never_anywhere(bound: BoundCall) -> str:
+    """Return why a call has no value wherever its points are, "" if it may have one: `circle(spot, 30 m, 2)`."""
+    open_ = [arg for arg in bound.args if not arg.is_const]
+    points = all(arg.type.name in ("place", "position") for arg in open_)
+    if not open_ or not points or bound.helper.needs_env or len(open_) == len(bound.args):
+        return ""
+    reason = ""
+    for which in range(2):
+        values = [
+            _somewhere(arg.type, at + 7 * which) if not arg.is_const else arg.const for at, arg in enumerate(bound.args)
+        ]
+        try:
+            bound.helper.run(*values)
+        except EvalError as error:
+            reason = error.reason
+        else:
+            return ""
+    return reason
+
+
+def _somewhere(type_: Type, which: int) -> Place | Position:
+    east, north = 131.0 * which, 89.0 - 43.0 * which
+    return Place(east, north) if type_.name == "place" else Position(east, north, 60.0)
 
 
 Problem = tuple[Typed | None, Mismatch]

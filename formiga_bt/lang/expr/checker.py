@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.base.diagnostics import UnknownName
-from formiga_bt.lang.expr.calls import BoundCall, bind
+from formiga_bt.lang.expr.calls import BoundCall, bind, never_anywhere
 from formiga_bt.lang.expr.daytime import TODAY
 from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type
 from formiga_bt.lang.expr.helpers import Helper
@@ -288,6 +288,9 @@ class ExpressionChecker(Operands):
         why_not = bound.helper.refuses(first.const) if bound.helper.refuses and first and first.is_const else ""
         if why_not:
             return self.bad(node.args[0] if node.args else node, "E013", why_not, reads=reads_of(parts))
+        why_not = never_anywhere(bound)
+        if why_not:
+            return self.bad(node, "E013", f"this never has a value: {why_not}", reads=reads_of(parts))
         if bound.helper.looks_at and not poisoned(*bound.args):
             reads = self._and_fields(reads_of(bound.args), bound.helper.looks_at)
             return self.part(node, bound.returns, run, reads)

@@ -7,6 +7,7 @@ from typing import Literal
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.checks import sampled
 from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.expr.typing_rules import in_words
@@ -159,7 +160,12 @@ def length_of(body: Body, expr: Expr, node: Node | None = None) -> int | None:
         parsed = parse_expression(expr.source.strip().removeprefix("${").removesuffix("}"))
     except ExprSyntax:
         return None
-    return _length(body, parsed, parsed.root)
+    length = _length(body, parsed, parsed.root)
+    if length is not None or expr.type.name != "list" or any(read.field for read in expr.reads):
+        return length
+    scope = body.scope()
+    types = {read.name: scope.type_of(read.name) or ANY for read in expr.reads}
+    return sampled.length_of(expr, types, body.world.site)
 
 
 def _length(body: Body, parsed: Parsed, node: ast.expr) -> int | None:
@@ -170,10 +176,7 @@ def _length(body: Body, parsed: Parsed, node: ast.expr) -> int | None:
             name = parsed.token(node.id).text
             return body.lists.get(name) or body.lengths.get(name)
         case ast.Call(func=ast.Name() as func, args=args):
-            word = parsed.token(func.id).text
-            if word == "triangle":
-                return 3
-            return _length(body, parsed, args[0]) if word == "reverse" and args else None
+            return _length(body, parsed, args[0]) if parsed.token(func.id).text == "reverse" and args else None
     return None
 
 

@@ -1,9 +1,11 @@
 """W073: drones of one task sent closer to one another than `min_spacing`.
 
-Only what is sure before any run: the rounds of a parallel `for` that all name one place, or go over a constant list of
-places, and branches of a parallel that end at one place. Called once for each body by `checks`.
+Only what is sure before any run: the rounds of a parallel `for` that all name one place, or go over places whose distances are
+known (`sampled`; a param has its default), and branches of a parallel that end at one place. Called once for each body by
+`checks`.
 """
 
+import math
 from collections.abc import Iterator
 from itertools import combinations
 from typing import Any, Final
@@ -11,22 +13,27 @@ from typing import Any, Final
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.base.units import format_quantity
+from formiga_bt.lang.checks.sampled import Samples
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, For, Parallel, Sequence, Step
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import agent_params, bare, children, plain_name
 
+_MOST: Final = 200
+"""Of a longer list nothing is said."""
 _POINTS: Final = ("place", "position")
 
 
-def check_spacing(steps: tuple[Step, ...], catalogue: Catalogue, least_m: float, problems: Problems) -> None:
+def check_spacing(
+    steps: tuple[Step, ...], catalogue: Catalogue, samples: Samples, least_m: float, problems: Problems
+) -> None:
     """Report W073 for the steps of a body and what is inside them; `least_m` is the site's `min_spacing`."""
     for step in steps:
         with problems.within(step.title):
             if isinstance(step, For) and step.parallel and step.max_parallel != 1:
-                _check_rounds(step, catalogue, least_m, problems)
+                _check_rounds(step, catalogue, samples, least_m, problems)
             if isinstance(step, Parallel):
                 _check_branches(step, catalogue, least_m, problems)
-            check_spacing(children(step), catalogue, least_m, problems)
+            check_spacing(children(step), catalogue, samples, least_m, problems)
 
 
 def _report(problems: Problems, mark: Mark, distance_m: float, least_m: float) -> None:
@@ -53,7 +60,7 @@ def _targets(step: Step, catalogue: Catalogue) -> Iterator[tuple[tuple[Expr, ...
             yield from _targets(child, catalogue)
 
 
-def _check_rounds(step: For, catalogue: Catalogue, least_m: float, problems: Problems) -> None:
+def _check_rounds(step: For, catalogue: Catalogue, samples: Samples, least_m: float, problems: Problems) -> None:
     if not any(expr.type.item is not None and expr.type.item.name == "agent" for expr in step.lists.values()):
         return
     for child in step.steps:
@@ -62,12 +69,17 @@ def _check_rounds(step: For, catalogue: Catalogue, least_m: float, problems: Pro
             if not reads & step.lists.keys():
                 _report(problems, mark, 0.0, least_m)
                 return
-            lists = [step.lists[name].const for name in step.lists if name in reads]
-            if len(lists) == 1 and isinstance(lists[0], tuple):
-                close = [d for a, b in combinations(lists[0], 2) if (d := _apart(a, b)) is not None]
-                if close and min(close) < least_m:
-                    _report(problems, mark, min(close), least_m)
-                    return
+            lists = [step.lists[name] for name in step.lists if name in reads]
+            close = [_closest(value) for value in samples.values(lists[0])] if len(lists) == 1 else []
+            if close and max(close) < least_m:
+                _report(problems, mark, min(close), least_m)
+                return
+
+
+def _closest(points: Any) -> float:
+    """Return how near to one another any two points of a list are."""
+    pairs = combinations(points, 2) if isinstance(points, tuple) and len(points) <= _MOST else ()
+    return min((d for a, b in pairs if (d := _apart(a, b)) is not None), default=math.inf)
 
 
 def _check_branches(step: Parallel, catalogue: Catalogue, least_m: float, problems: Problems) -> None:
