@@ -261,3 +261,18 @@ def overlap(one: str, other: str) -> bool:
     """Return whether two agents or lists may be the same: `drones` holds `drones[0]`."""
     whole = "[" not in one or "[" not in other or "[-1]" in (one + other)
     return one == other or (whole and one.partition("[")[0] == other.partition("[")[0])
+
+
+def conditions(step: Step) -> Iterator[Expr]:
+    """Iterate over the conditions that a step itself reads."""
+    if step.when is not None:
+        yield step.when
+    match step:
+        case Check() | If() | Guard() | WaitUntil() | BreakIf():
+            yield step.cond
+        case Loop():
+            yield from (cond for cond in (step.cond, step.until) if cond is not None)
+        case Do() | Ask():
+            yield from (step.expect,) if step.expect is not None else ()
+        case _:
+            return

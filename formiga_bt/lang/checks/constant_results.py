@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
+from formiga_bt.lang.checks.items import Items
 from formiga_bt.lang.checks.ranges import Ranges
 from formiga_bt.lang.checks.repeats import bodies, parts_of
 from formiga_bt.lang.expr.interpolation import holes
@@ -24,7 +25,7 @@ from formiga_bt.lang.text.reading import Problems
 
 _TWO_PLACES: Final = ("zigzag", "line", "toward", "distance", "bearing", "midpoint")
 """Helpers from one place to another one."""
-_TELLING: Final = tuple(f"{name}(" for name in (*_TWO_PLACES, "offset", "is_set"))
+_TELLING: Final = tuple(f"{name}(" for name in (*_TWO_PLACES, "offset", "is_set", "first", "last"))
 """What an expression holds of which anything is to be said; most hold none of it, and are not read."""
 _PLAIN: Final = (str, int, float, Mark, type(None))
 """What holds no expression."""
@@ -33,7 +34,9 @@ _PLAIN: Final = (str, int, float, Mark, type(None))
 def check_foregone(task: Task, catalogue: Catalogue, site: Site | None, problems: Problems) -> None:
     """Report W098 for the expressions of a task and of the subtrees that it sees."""
     every = (*task.steps, *task.on_failure, *task.on_abort, *task.finally_)
-    checks = _Foregone(reach_m(site), site is not None, catalogue, problems, Ranges(task.params, every))
+    checks = _Foregone(
+        reach_m(site), site is not None, catalogue, problems, Ranges(task.params, every), Items(task.vars, every)
+    )
     for name, expr in task.vars.items():
         with problems.within("vars", name):
             checks.check(expr, {})
@@ -52,7 +55,7 @@ def check_foregone(task: Task, catalogue: Catalogue, site: Site | None, problems
     with problems.within("steps"):
         checks.stands(task)
     for subtree in task.subtrees.values():
-        checks.ranges = Ranges(subtree.params, subtree.steps)
+        checks.ranges, checks.items = Ranges(subtree.params, subtree.steps), Items({}, subtree.steps)
         with problems.outermost(subtree.name, "steps"):
             checks.steps(subtree.steps, _given(subtree.params))
 
@@ -69,13 +72,16 @@ def _given(params: Mapping[str, Param]) -> dict[str, Mark]:
 
 
 class _Foregone:
-    def __init__(self, reach: float, is_site: bool, catalogue: Catalogue, problems: Problems, ranges: Ranges) -> None:
+    def __init__(
+        self, reach: float, is_site: bool, catalogue: Catalogue, problems: Problems, ranges: Ranges, items: Items
+    ) -> None:
         self.reach_m = reach
         self.is_site = is_site
         self.catalogue = catalogue
         self.problems = problems
         self.ranges = ranges
-        """Of the body whose steps are looked at."""
+        self.items = items
+        """These two of the body whose steps are looked at."""
         self.told: set[Mark] = set()
 
     # --- steps ---------------------------------------------------------------------------------------------------
@@ -131,18 +137,24 @@ class _Foregone:
         """Report W098 for an expression."""
         source = expr.source
         is_condition = expr.type.name == "bool" and not expr.is_const
-        if ("(" not in source and not is_condition) or expr.mark in self.told:
+        if (not is_condition and "(" not in source and "[" not in source) or expr.mark in self.told:
             return
         spans = holes(source)
         found = [] if isinstance(spans, int) else [source[a + 2 : b - 1] for a, b in spans]
         for text in found or [source]:
-            if not is_condition and not any(word in text for word in _TELLING):
+            if not is_condition and "[" not in text and not any(word in text for word in _TELLING):
                 continue
             try:
                 parsed = parse_expression(text.strip())
             except ExprSyntax:
                 continue
-            what = next((said for node in ast.walk(parsed.root) if (said := self._node(node, parsed, sure))), None)
+            nodes = list(ast.walk(parsed.root))
+            missing = next((said for node in nodes if (said := self.items.missing(node, parsed))), None)
+            if missing is not None:
+                self.told.add(expr.mark)
+                self.problems.add("W105", expr.mark, *missing)
+                return
+            what = next((said for node in nodes if (said := self._node(node, parsed, sure))), None)
             what = what or self.ranges.foregone(expr, parsed, form)
             if what is not None:
                 self.told.add(expr.mark)
