@@ -229,7 +229,8 @@ class TestRounds:
 
     def test_a_loop_that_may_not_run_changes_nothing_for_sure(self, load: Load) -> None:
         text = (
-            "  - while: drone.battery > 50 %\n    steps:\n      - do: drone.TakeOff\n        when: not drone.airborne\n"
+            "  - while: drone.battery > 50 %\n    every: 15 s\n    steps:\n      - do: drone.TakeOff\n"
+            "        when: not drone.airborne\n"
         )
         home = '  - call: ReturnHome\n    with: {drone: "${drone}"}\n'
 
