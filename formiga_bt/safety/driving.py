@@ -5,7 +5,7 @@ way and from its end to the nearest charging station, in time over the ground ti
 The corridor is the straight way with `min_spacing` around it: while another machine of another task stands or drives in it, a
 goal waits. Two that both keep away from obstacles by themselves (`avoids` of their cards) share the ground, and two that are
 both on the site's routes have their nodes and edges.
-Pure; called by the gate (`in_the_way`), by what it asks of the limits (`at_gate`), and at each status (`while_driving`).
+Pure; called by the gate (`in_the_way`), by what it asks of the limits (`at_gate`), and at each status (the others).
 """
 
 import math
@@ -100,6 +100,16 @@ def while_driving(
         text = f"{agent} has {battery:.1f} %, {rules.reserve_pct:g} % are reserve"
         found.append(Breach("reserve", text, battery, rules.reserve_pct))
     return tuple(found)
+
+
+def off_the_way(here: Position, ways: Sequence[Way], most_m: float) -> Breach | None:
+    """Return the breach of a machine that is off the ways that it may be on: others were let go because it keeps to them."""
+    off = round(min(segment_distance_m(_low(here), _low(here), _low(a), _low(b)) for a, b in ways), 1)
+    if off <= most_m:
+        return None
+    return Breach(
+        "way", f"it is {off:g} m off the way that it was given, at most {most_m:g} m are allowed", off, most_m
+    )
 
 
 def _charge(drive: Drive, to: Place, speed: float, rules: Rules) -> Breach | None:

@@ -42,6 +42,7 @@ REACTIONS: Final[Mapping[str, Reaction]] = MappingProxyType(
         "wind_max": "return",
         "daylight_only": "return",
         "position": "hold",
+        "way": "hold",
     }
 )
 """What a machine does at a breach in flight unless its type or site says else. `hold` = stop for 5 s, then return."""

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
@@ -226,6 +227,28 @@ def test_in_a_no_go_region_the_task_ends_and_it_stands_until_a_person_decides(ma
     assert rover.done == ["Drive", "Drive"], "its way out"
     rover.succeed()
     rig.run_for(3.0)
+    rig.check()
+
+
+@pytest.mark.parametrize(("north", "avoids", "off"), [(2.9, False, False), (4.0, False, True), (4.0, True, False)])
+def test_who_leaves_the_way_that_it_was_given_stands_until_a_person_decides(
+    made: tuple[Site, Catalogue], north: float, avoids: bool, off: bool
+) -> None:
+    """Others were let go because it keeps to its way; who keeps away from obstacles by itself may drive round one."""
+    rig = bench(made)
+    rover = rig.agent("rover_1", "rover")
+    rover.link.publish_card(replace(rover.side.card, avoids=avoids))
+    rig.run_for(1.0)
+    task = drive(rig)
+    rover.say(position=Position(10.0, north, 0.0))
+    rig.run_for(60.0)
+
+    assert ("envelope.way" in alarms(rig)) == off
+    assert len(rover.cancels) == off
+    assert rig.task(task).outcome.code == ("envelope.way" if off else "")
+    if off:
+        assert rig.task(task).outcome.reason.startswith("rover_1: it is 4 m off the way that it was given, at most 3 m")
+        assert rover.done == ["Drive"]
     rig.check()
 
 

@@ -22,7 +22,7 @@ from formiga_bt.engine.kernel.overload import lag_since
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.tasks import Tasks
-from formiga_bt.safety.driving import while_driving
+from formiga_bt.safety.driving import off_the_way, while_driving
 from formiga_bt.safety.envelope import Breach, FlightState, in_flight
 from formiga_bt.safety.rules import Rules
 
@@ -55,7 +55,7 @@ class Breaches:
             return
         rules = core.rules(agent, agent.task)
         broken = self._broken if agent.flies else self._driving
-        found = broken(agent, rules) or (self._stuck(agent) if agent.goal != ended else ())
+        found = broken(agent, rules) or (self._stuck(agent) or self._strays(agent) if agent.goal != ended else ())
         if agent.flies:
             self._waits_too_long(agent)
         if not found:
@@ -144,6 +144,15 @@ class Breaches:
             return ()
         text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"
         return (Breach("progress", text, round(lasts_s, 1), round(most_s, 1)),)
+
+    def _strays(self, agent: AgentRecord) -> tuple[Breach, ...]:
+        """A machine on the ground is off the way that it was given: others were let go because it keeps to it."""
+        goal, here = self._core.state.goals.get(agent.goal), agent.position
+        if agent.flies or agent.avoids or here is None or goal is None or goal.leg is None or not goal.in_flight:
+            return ()
+        ways = (goal.leg,) if goal.also is None else (goal.leg, goal.also)
+        found = off_the_way(here, ways, self._core.site.min_spacing_m)
+        return (found,) if found is not None else ()
 
     def _pace(self, agent: AgentRecord) -> tuple[float, float]:
         """Return its speed and climb, m/s; 0 = not known, and its progress is not watched."""
