@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.engine.kernel.inputs import AgentSeenInput, Alarm, UpdateGoalFields
+from formiga_bt.engine.kernel.inputs import AgentSeenInput, Alarm, LockdownOrder, Operator, UpdateGoalFields
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.nodes.tracking import differing
 from formiga_bt.rehearsal.testing import Bench, effects, packaged_world, task_of
@@ -163,3 +163,31 @@ def test_after_a_crash_it_goes_on_following(monkeypatch: pytest.MonkeyPatch) -> 
 )
 def test_places_differ_by_metres_and_all_else_by_anything(now: Any, before: Any, differs: bool) -> None:
     assert bool(differing({"to": now}, {"to": before}, 5.0)) is differs
+
+
+def updates_while(meeting: Meeting, stop: Any) -> int:
+    """Return how many updates leave in the 20 s after something stops the machine, while the picker walks on."""
+    meeting.walk(60.0)
+    meeting.run_for(3)
+    stop()
+    before = len(effects(meeting, UpdateGoalFields))
+    assert before
+    for east in range(70, 90):
+        meeting.walk(float(east))
+        meeting.run_for(1)
+    return len(effects(meeting, UpdateGoalFields)) - before
+
+
+def test_nothing_is_told_to_a_machine_that_a_pilot_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    meeting = Meeting(monkeypatch)
+    assert updates_while(meeting, lambda: meeting.drone.side.take_control("pilot")) == 0
+
+
+def test_nothing_is_told_in_lockdown(monkeypatch: pytest.MonkeyPatch) -> None:
+    meeting = Meeting(monkeypatch)
+    assert updates_while(meeting, lambda: meeting.ask(LockdownOrder("hold", "watcher_1"))) == 0
+
+
+def test_nothing_is_told_to_a_machine_that_is_to_stand_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    meeting = Meeting(monkeypatch)
+    assert updates_while(meeting, lambda: meeting.ask(Operator("hold", meeting.id, "watcher_1"))) == 0
