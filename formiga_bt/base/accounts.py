@@ -7,17 +7,12 @@ A token is opaque, shown once, and kept as its SHA-256: it has 256 bits by chanc
 The file is read anew when it has changed, so what a command changes counts at once. What cannot be used lets nobody in.
 """
 
-import fcntl
 import hashlib
 import hmac
 import json
-import os
 import re
 import secrets
-import stat
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -26,6 +21,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.durable import write_durably
 from formiga_bt.base.errors import SiteError
+from formiga_bt.base.private_files import NoUse, read_private
 from formiga_bt.base.roles import Role
 
 ACCOUNTS: Final = "accounts.json"
@@ -102,21 +98,10 @@ def read_register(folder: Path) -> Register:
     """
     file = folder / ACCOUNTS
     try:
-        opened = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    except FileNotFoundError:
-        if file.is_symlink():
-            raise _unusable(file, "it is a link to nowhere") from None
-        return Register()
-    except OSError as error:
-        raise _unusable(file, error.strerror or str(error)) from error
-    with open(opened, "rb") as source:
-        told = os.fstat(opened)
-        if not stat.S_ISREG(told.st_mode) or told.st_size > MOST_BYTES:
-            raise _unusable(file, "it is no file, or too large")
-        try:
-            return msgspec.json.decode(source.read(MOST_BYTES), type=Register)
-        except (OSError, msgspec.DecodeError) as error:
-            raise _unusable(file, str(error)) from None
+        found = read_private(file, MOST_BYTES)
+        return msgspec.json.decode(found, type=Register) if found is not None else Register()
+    except (NoUse, msgspec.DecodeError) as error:
+        raise _unusable(file, str(error)) from error
 
 
 def _unusable(file: Path, why: str) -> SiteError:
@@ -152,26 +137,8 @@ class AccountBook:
             return self._known
 
 
-@contextmanager
-def changing_accounts(folder: Path) -> Iterator[Register]:
-    """Keep other commands from changing the accounts meanwhile; the block gets them as they are.
-
-    Raises:
-        SiteError: the folder or the file cannot be used.
-    """
-    try:
-        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    except OSError as error:
-        raise SiteError(f"cannot use {folder}: {error.strerror or error}") from error
-    try:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        yield read_register(folder)
-    finally:
-        os.close(held)
-
-
 def write_register(folder: Path, register: Register) -> None:
-    """Write the accounts; they count at once. Called within `changing_accounts`.
+    """Write the accounts; they count at once. Called within `private_files.changing`.
 
     Raises:
         SiteError: the file cannot be written.

@@ -6,22 +6,19 @@ The file is read anew each time, so a secret that is set counts at once. What ca
 engine (`services.http.proving`) and by the commands (`formiga access`, `formiga approve` without an engine).
 """
 
-import fcntl
 import hashlib
 import hmac
 import json
-import os
 import secrets
-import stat
 import unicodedata
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.base.durable import move_aside, write_durably
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
+from formiga_bt.base.private_files import NoUse, read_private
 
 SECRETS: Final = "secrets.json"
 SHORTEST, LONGEST = 12, 200
@@ -89,21 +86,10 @@ def read_secrets(folder: Path) -> dict[str, Hashed]:
     """
     file = folder / SECRETS
     try:
-        found = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    except FileNotFoundError:
-        if not file.is_symlink():
-            return {}
-        raise _unusable(file, "it is a link to nowhere") from None
-    except OSError as error:
-        raise _unusable(file, error.strerror or str(error)) from error
-    try:
-        with open(found, "rb") as opened:
-            told = os.fstat(found)
-            if not stat.S_ISREG(told.st_mode) or told.st_size > MOST_BYTES:
-                raise _unusable(file, "it is no file, or too large")
-            return _understood(json.loads(opened.read(MOST_BYTES)))
-    except OSError as error:
-        raise _unusable(file, error.strerror or str(error)) from error
+        found = read_private(file, MOST_BYTES)
+        return _understood(json.loads(found)) if found is not None else {}
+    except NoUse as error:
+        raise _unusable(file, str(error)) from error
     except (ValueError, TypeError, KeyError, RecursionError):
         raise _unusable(file, "it cannot be understood") from None
 
@@ -158,26 +144,8 @@ def command(person: str) -> str:
     return f"formiga access secret {person}"
 
 
-@contextmanager
-def changing(folder: Path) -> Iterator[None]:
-    """Keep other commands from changing the secrets meanwhile.
-
-    Raises:
-        SiteError: the folder cannot be used.
-    """
-    try:
-        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    except OSError as error:
-        raise SiteError(f"cannot use {folder}: {error.strerror or error}") from error
-    try:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(held)
-
-
 def write_secret(folder: Path, person: str, new: Hashed) -> None:
-    """Set a person's secret; it counts at once. Called within `changing`.
+    """Set a person's secret; it counts at once. Called within `private_files.changing`.
 
     Raises:
         SiteError: the file cannot be used or written.

@@ -22,6 +22,9 @@ MOST_BYTES: Final = 256_000_000
 """A larger file is none of ours."""
 
 
+Check = Callable[[Path], bool]
+
+
 def _is_empty(file: Path) -> bool:
     return not file.read_bytes()
 
@@ -57,20 +60,17 @@ def _is_file(file: Path) -> bool:
     return file.is_file()
 
 
-def _is_register(file: Path) -> bool:
-    try:
-        read_register(file.parent)
-    except SiteError:
-        return False
-    return True
+def _is_read_by(read: Callable[[Path], object]) -> Check:
+    """Return the check of a file that its reader must be able to use."""
 
+    def check(file: Path) -> bool:
+        try:
+            read(file.parent)
+        except SiteError:
+            return False
+        return True
 
-def _is_secrets(file: Path) -> bool:
-    try:
-        read_secrets(file.parent)
-    except SiteError:
-        return False
-    return True
+    return check
 
 
 def _json(file: Path) -> dict[str, Any]:
@@ -90,7 +90,6 @@ def _is_lines(file: Path) -> bool:
     return all(isinstance(json.loads(line), dict) for line in whole if line.strip())
 
 
-Check = Callable[[Path], bool]
 FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "epoch": (_is_epoch, "a higher epoch than any that is known is taken"),
     "engine_id": (
@@ -102,9 +101,12 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "no-journal": (_is_empty, "nothing is lost"),
     "engine.json": (_is_object, "nothing is lost"),
     "token": (_is_token, "a new token is made; callers from other machines need it"),
-    ACCOUNTS: (_is_register, "nobody has an account any more: formiga access add NAME --role ROLE"),
+    ACCOUNTS: (_is_read_by(read_register), "nobody has an account any more: formiga access add NAME --role ROLE"),
     "audit.jsonl": (_is_file, "a new audit begins"),
-    SECRETS: (_is_secrets, "nobody has a secret any more: each sets a new one, formiga access secret NAME"),
+    SECRETS: (
+        _is_read_by(read_secrets),
+        "nobody has a secret any more: each sets a new one, formiga access secret NAME",
+    ),
     "approvals.jsonl": (_is_lines, "what it approved is not approved any more: approve anew"),
     "fleet.jsonl": (_is_lines, "who was added to the fleet is known from the journal only: formiga agents add ID"),
     "fleets.jsonl": (_is_lines, "fleets that were saved are gone: formiga agents save NAME"),

@@ -15,7 +15,6 @@ from formiga_bt.base.durable import private_folder
 from formiga_bt.base.errors import FormigaError, SiteError, TreeError
 from formiga_bt.base.person_secrets import (
     SECRETS,
-    changing,
     hashed,
     read_secrets,
     set_unusable_aside,
@@ -23,6 +22,7 @@ from formiga_bt.base.person_secrets import (
     wrong,
 )
 from formiga_bt.base.person_secrets import command as command_for
+from formiga_bt.base.private_files import changing
 from formiga_bt.base.site_folder import FOLDER
 from formiga_bt.cli.inputs import UnusableFile, is_demo, read_world, rendered
 from formiga_bt.cli.options import JsonOption, print_table

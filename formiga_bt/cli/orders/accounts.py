@@ -17,12 +17,12 @@ from formiga_bt.base.accounts import (
     NAME,
     Account,
     Register,
-    changing_accounts,
     new_token,
     read_register,
     write_register,
 )
 from formiga_bt.base.errors import FormigaError, UnusableFile
+from formiga_bt.base.private_files import changing
 from formiga_bt.base.roles import Role
 from formiga_bt.base.units import parse_quantity
 from formiga_bt.cli.options import print_table
@@ -54,7 +54,8 @@ def add(folder: Path, said: Said) -> None:
         what = f"'{said.name}' is no name of an account: small letters, digits, '_', '-' and '.', a letter first"
         raise UnusableFile(f"{what}; '{LOCAL}' is taken")
     roles = _roles(said.roles)
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         if said.name in register.accounts:
             raise FormigaError(f"there is an account {said.name}; nothing was changed", help=_role_of(said.name))
         made = Account(roles, said.agent, said.tasks)
@@ -66,7 +67,8 @@ def add(folder: Path, said: Said) -> None:
 def role(folder: Path, said: Said) -> None:
     """Give an account other roles."""
     roles = _roles(said.words or said.roles)
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         _write(folder, register, said.name, replace(_account(register, said.name), roles=roles))
     typer.echo(f"{said.name} may what {' and '.join(roles)} may, from now on")
 
@@ -74,21 +76,24 @@ def role(folder: Path, said: Said) -> None:
 def agent(folder: Path, said: Said) -> None:
     """Say which agent an account is, or that it is none."""
     which = said.words[0] if said.words else ""
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         _write(folder, register, said.name, replace(_account(register, said.name), agent=which))
     typer.echo(f"{said.name} is {which or 'no agent'}, from now on")
 
 
 def tasks(folder: Path, said: Said) -> None:
     """Say which tasks an account may request; without any, all."""
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         _write(folder, register, said.name, replace(_account(register, said.name), tasks=said.words))
     typer.echo(f"{said.name} may request {', '.join(said.words) or 'every task'}, from now on, if its roles let it")
 
 
 def disable(folder: Path, said: Said, *, disabled: bool = True) -> None:
     """Shut an account out, or let it in again; its tokens stay."""
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         _write(folder, register, said.name, replace(_account(register, said.name), disabled=disabled))
     typer.echo(f"{said.name} is {'shut out' if disabled else 'let in'}, from now on")
 
@@ -97,7 +102,8 @@ def token(folder: Path, said: Said) -> None:
     """Make a token of an account; it is shown once."""
     lasts_s = _lasts_s(said.expires)
     now_s = int(time.time())
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         _account(register, said.name)
         alive = tuple(one for one in register.tokens if one.expires > now_s)
         if sum(one.account == said.name for one in alive) >= MOST_TOKENS:
@@ -116,7 +122,8 @@ def token(folder: Path, said: Said) -> None:
 
 def revoke(folder: Path, said: Said) -> None:
     """Take a token back."""
-    with changing_accounts(folder) as register:
+    with changing(folder):
+        register = read_register(folder)
         left = tuple(one for one in register.tokens if one.id != said.name)
         if len(left) == len(register.tokens):
             raise FormigaError(f"there is no token {said.name}", help="formiga access accounts lists them")

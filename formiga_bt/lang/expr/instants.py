@@ -9,16 +9,16 @@ is exact to the microsecond however the numbers are rounded. What depends on the
 
 import ast
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Final
+from typing import Final
 
 from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.lang.expr.around import EnvWith
 from formiga_bt.lang.expr.daytime import TODAY, next_midnight
 from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expr.parts import NOW, Compared, Parts
 from formiga_bt.lang.expr.tokens import Parsed
 from formiga_bt.lang.expr.typed import Run
 from formiga_bt.lang.model import Dependency, Env, EvalError, UnknownState, Unset
-from formiga_bt.lang.types import AgentRef, Value
 
 _CONSTANT_FIELDS: Final = frozenset({"", "id", "type"})
 _WIDEST: Final = 2**40
@@ -147,51 +147,15 @@ def _instant(compared: Compared, slope: int) -> Instant:
 def _turn(run: Run, env: Env, near: Micros) -> Micros:
     """Return the first instant, close to `near`, with the value that the comparison has after it; 0 if it never turns."""
     width = 2
-    while run(_At(env, near - width)) == (after := run(_At(env, near + width))):
+    while run(EnvWith(env, "now", near - width)) == (after := run(EnvWith(env, "now", near + width))):
         width *= 8
         if width > _WIDEST:
             return 0
     low, high = near - width, near + width
     while high - low > 1:
         middle = (low + high) // 2
-        if run(_At(env, middle)) == after:
+        if run(EnvWith(env, "now", middle)) == after:
             high = middle
         else:
             low = middle
     return high
-
-
-class _At:
-    """An environment at another instant."""
-
-    def __init__(self, env: Env, now: Micros) -> None:
-        self._env = env
-        self._now = now
-
-    def name(self, name: str) -> Value:
-        """Return `now` as given, all else as it is."""
-        return self._now if name == "now" else self._env.name(name)
-
-    def is_set(self, name: str) -> bool:
-        """Ask the environment."""
-        return self._env.is_set(name)
-
-    def agent_field(self, agent: AgentRef, name: str) -> Value:
-        """Ask the environment."""
-        return self._env.agent_field(agent, name)
-
-    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
-        """Ask the environment."""
-        return self._env.members(agent_type)
-
-    def lat_lng(self, point: Any) -> tuple[float, float]:
-        """Ask the environment."""
-        return self._env.lat_lng(point)
-
-    def place(self, lat: float, lng: float) -> Any:
-        """Ask the environment."""
-        return self._env.place(lat, lng)
-
-    def ground_up_m(self, place: Any) -> float:
-        """Ask the environment."""
-        return self._env.ground_up_m(place)

@@ -7,8 +7,8 @@ with the length of one list only.
 from collections.abc import Callable
 from typing import Any, Final
 
+from formiga_bt.lang.expr.around import EnvWith
 from formiga_bt.lang.model import Env, EvalError
-from formiga_bt.lang.types import AgentRef, Value
 
 ITEM_NAME: Final = "item"
 MOST_ITEMS: Final = 10_000
@@ -19,44 +19,6 @@ OverItems = Callable[[tuple[Any, ...], tuple[Any, ...]], Any]
 """Makes a result of the items, and of what was read of each of them."""
 
 
-class ItemEnv:
-    """An environment in which `item` has a value."""
-
-    __slots__ = ("_env", "item")
-
-    def __init__(self, env: Env) -> None:
-        self._env = env
-        self.item: Value = None
-
-    def name(self, name: str) -> Value:
-        """Return the item, or what the name means around."""
-        return self.item if name == ITEM_NAME else self._env.name(name)
-
-    def is_set(self, name: str) -> bool:
-        """Return whether the name has a value."""
-        return name == ITEM_NAME or self._env.is_set(name)
-
-    def agent_field(self, agent: AgentRef, name: str) -> Value:
-        """Return an agent's field as last known."""
-        return self._env.agent_field(agent, name)
-
-    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
-        """Return the agents of a type."""
-        return self._env.members(agent_type)
-
-    def lat_lng(self, point: Any) -> tuple[float, float]:
-        """Return degrees."""
-        return self._env.lat_lng(point)
-
-    def place(self, lat: float, lng: float) -> Any:
-        """Return a place."""
-        return self._env.place(lat, lng)
-
-    def ground_up_m(self, place: Any) -> float:
-        """Return the height of the ground over the base's."""
-        return self._env.ground_up_m(place)
-
-
 def item_calls_code(make: OverItems, items: Run, inner: Run) -> Run:
     """Return the code that reads `inner` for each item and makes the result of that."""
 
@@ -64,10 +26,10 @@ def item_calls_code(make: OverItems, items: Run, inner: Run) -> Run:
         found = items(env)
         if len(found) > MOST_ITEMS:
             raise EvalError(f"the list has {len(found)} items, {MOST_ITEMS} are the most that are gone through")
-        around = ItemEnv(env)
+        around = EnvWith(env, ITEM_NAME)
         read = []
         for one in found:
-            around.item = one
+            around.value = one
             read.append(inner(around))
         return make(found, tuple(read))
 

@@ -13,7 +13,6 @@ from formiga_bt.base.errors import FormigaError, SiteError, TaskError
 from formiga_bt.base.person_secrets import (
     LEAST_N,
     SECRETS,
-    changing,
     find_secret,
     hashed,
     prepared,
@@ -21,6 +20,7 @@ from formiga_bt.base.person_secrets import (
     set_unusable_aside,
     write_secret,
 )
+from formiga_bt.base.private_files import changing
 from tests.golden import Wording
 
 SECRET = "a long one, with ä"
