@@ -28,14 +28,14 @@ def read_private(file: Path, most_bytes: int) -> bytes | None:
         raise NoUse("it is a link to nowhere") from None
     except OSError as error:
         raise NoUse(error.strerror or str(error)) from error
-    with open(found, "rb") as opened:
-        told = os.fstat(found)
-        if not stat.S_ISREG(told.st_mode) or told.st_size > most_bytes:
-            raise NoUse("it is no file, or too large")
-        try:
+    try:
+        with open(found, "rb") as opened:
+            told = os.fstat(found)
+            if not stat.S_ISREG(told.st_mode) or told.st_size > most_bytes:
+                raise NoUse("it is no file, or too large")
             return opened.read(most_bytes)
-        except OSError as error:
-            raise NoUse(error.strerror or str(error)) from error
+    except OSError as error:
+        raise NoUse(error.strerror or str(error)) from error
 
 
 @contextmanager
