@@ -11,10 +11,10 @@ from typing import Any, Literal, Protocol
 from msgspec.structs import replace
 
 from agents_sim.faults import Order
-from agents_sim.person import MINI_FINDER
 from agents_sim.referee import Verdict
 from agents_sim.spec import kind_of as kind_of_spec
 from agents_sim.world import AgentSpec, is_person
+from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, Position
@@ -403,6 +403,6 @@ def fleet_site(specs: Sequence[AgentSpec], name: str = "grid", **changes: Any) -
         home = spec.home or at
         ports[port] = Port(port, home, Position(home.east_m, home.north_m + 8.0, 45.0))
         agents[spec.id] = SiteAgent(spec.id, spec.type, port)
-    watchers = tuple(spec.id for spec in specs if is_person(spec) and MINI_FINDER not in kind_of_spec(spec).actions)
+    watchers = tuple(spec.id for spec in specs if is_person(spec) and kind_of_spec(spec).actions.keys() <= {CONFIRM})
     fields: dict[str, Any] = {"places": {**places, "camp": Place(0.0, -40.0)}, "people": {"watchers": watchers}}
     return Site(name, 66.5, 25.7, ports=ports, agents=agents, **{**fields, **changes})
