@@ -124,3 +124,16 @@ def test_a_drone_of_another_task_leads_nobody_away(fly: Fly) -> None:
     assert rehearsal.run_until(lambda: left_m(rehearsal) < 250, limit_s=400)
     assert rehearsal.run_until_ended(task)
     assert left_m(rehearsal) <= RANGE_M
+
+
+@pytest.mark.parametrize(
+    ("seed", "what"),
+    [
+        (54, "their phone was started anew while it was asked for the next point"),
+        (80, "the drone lost its link and came home by itself, and a person let it go on"),
+    ],
+)
+def test_the_picker_comes_home_although(seed: int, what: str) -> None:
+    flight = guided(seed)
+
+    assert (flight.status, flight.came_home) == ("SUCCEEDED", True), what

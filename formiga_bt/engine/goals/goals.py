@@ -410,9 +410,16 @@ class Goals:
             core.effect(QueryGoal(goal.agent, (goal.id,)))
 
     def lose(self, agent_id: str, state: str, code: str = "") -> None:
-        """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
+        """End every goal that an agent has or waits for (`lost`, `in_doubt`).
+
+        What a person's app forgot as it was started anew is asked again if it may be: nothing that moves is in doubt then.
+        """
+        human = self._core.state.agents[agent_id].human
         for goal in [g for g in self._core.index.goals_of(agent_id) if not g.ended]:
-            if goal.in_flight or state == "lost":
+            asked_again = human and state == "in_doubt" and goal.repeatable and not goal.cancel_asked
+            if asked_again and goal.in_flight and goal.owner not in ("!question", "!none"):
+                self.again(goal.id)
+            elif goal.in_flight or state == "lost":
                 if goal.in_flight:
                     self._keep_way(goal)
                 self.end(goal.id, state, code)
