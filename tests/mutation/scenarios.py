@@ -40,10 +40,12 @@ HOSTS: Final = (Mission("there_and_back.yaml", {"target": "north_field"}),)
 
 COOKBOOK: Final = (
     Mission("cookbook/charge_and_resume.yaml", {"region": "bog"}),
+    Mission("cookbook/converge.yaml", {"region": "bog"}),
     Mission("cookbook/convoy.yaml", {"start": "west_field", "end": "north_field"}),
     Mission("cookbook/handover.yaml", {"target": "east_field"}),
     Mission("cookbook/look_with_another.yaml", {"target": "north_field"}),
     Mission("cookbook/ring_patrol.yaml", {"center": "north_field", "end": "1970-01-13T00:00+00:00"}),
+    Mission("cookbook/share_finds.yaml", {"region": "bog"}),
     Mission("cookbook/watch_person.yaml", {"user": "picker_1"}, "no"),
 )
 """Trees that no check was tuned on, with the parameters of their own test files."""
