@@ -1,12 +1,15 @@
 """How often does the checker refuse a task that is good? Draws tasks, runs them without the checker's word, then asks it.
 
-python benchmarks/false_alarms.py [--tasks N] [--seed S] [--change] [--keep FOLDER]
+python benchmarks/false_alarms.py [--tasks N] [--seed S] [--change] [--rich] [--keep FOLDER]
+python benchmarks/false_alarms.py --checked [--tasks N] [--seed S] [--dry]
 
 The tasks are those of tests/property/sound.py: well-typed, of every kind of step. Each is read without the checks of the whole
 task and run in each of `SCENARIOS`. It is good if it succeeds on every calm day and leaves no machine in the air, and if it
 ends, when something goes wrong, SUCCEEDED or with a code that this leads to (`MAY_END`). Of the good ones it counts those with
 an error (refused) and those with a warning, by code; their files are kept. With `--change` each has one fault of
-tests/mutation/operators.py: what the checker refuses of those that are good all the same is to be looked at.
+tests/mutation/operators.py: what the checker refuses of those that are good all the same is to be looked at. With `--rich` the
+tasks are those of tests/property/sound_rich.py, of more of the language. With `--checked` these are only checked, and what is
+said of them is counted and written to docs/mutation.md.
 """
 
 import argparse
@@ -14,7 +17,7 @@ import json
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -23,6 +26,7 @@ from typing import Any, Final
 
 import yaml
 
+from benchmarks.mistakes import GOOD_MARK
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.packaged import folder
 from formiga_bt.engine.kernel.inputs import SendGoal
@@ -44,7 +48,18 @@ from formiga_bt.rehearsal.simulation import VirtualRun
 from formiga_bt.show.why.front import explain
 from tests.mutation.operators import OPERATORS, other_count
 from tests.property.sound import CHILD, good_task
+from tests.property.sound_rich import rich_task
 
+PAGE: Final = Path(__file__).parents[1] / "docs" / "mutation.md"
+PART: Final = """\
+{mark}
+## Good tasks that the checker blames
+
+Of {number} good tasks, drawn from seed {seed} on, {said}: `python benchmarks/false_alarms.py --checked --tasks 2000`
+writes this part. The tasks (`tests/property/sound_rich.py`) have races, forms, retries of some failures, loops over lists that
+grow, records, failures that carry values, resources, rates, windows of the day, targets that move, and each older kind of step.
+That they are good is seen when some of them are run (`--rich` without `--checked`).
+"""
 LIMIT_S: Final = 8 * 3600.0
 DRONES: Final = ("lwd_1", "lwd_2", "lwd_3", "hwd_1", "hwd_2")
 TARGET: Final = {"east": "120 m", "north": "-60 m"}
@@ -247,9 +262,9 @@ def is_nobodys(agent: AgentRecord, state: EngineState) -> bool:
     return not agent.human and agent.landed != "grounded" and not held
 
 
-def judge(seed: int, *, change: bool = False) -> Judged | None:
+def judge(seed: int, *, change: bool = False, draw: Callable[[int], str] = good_task) -> Judged | None:
     """Draw a task, run it, and ask the checker; None if it cannot be read to its end."""
-    text, changed = drawn(seed, change=change)
+    text, changed = drawn(seed, change=change, draw=draw)
     task, problems = unchecked(text)
     found = tuple(check(text))
     if task is None or any(one.severity == "error" for one in problems):
@@ -257,9 +272,9 @@ def judge(seed: int, *, change: bool = False) -> Judged | None:
     return Judged(seed, text, changed, found, why_not(task))
 
 
-def drawn(seed: int, *, change: bool) -> tuple[str, str]:
+def drawn(seed: int, *, change: bool, draw: Callable[[int], str] = good_task) -> tuple[str, str]:
     """Return the task of a seed and what was changed in it."""
-    text = good_task(seed)
+    text = draw(seed)
     if not change:
         return text, ""
     data = json.loads(text)
@@ -316,11 +331,16 @@ def main() -> int:
     parser.add_argument("--tasks", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="of the first task")
     parser.add_argument("--change", action="store_true", help="make one fault in each, as benchmarks/mutation.py does")
+    parser.add_argument("--rich", action="store_true", help="tasks of more of the language")
+    parser.add_argument("--checked", action="store_true", help="only check them, and write what is said to the page")
+    parser.add_argument("--dry", action="store_true", help="print that part of the page, do not write it")
     parser.add_argument("--keep", type=Path, default=Path("false_alarms"))
     given = parser.parse_args()
+    if given.checked:
+        return _checked(given.tasks, given.seed, dry=given.dry)
     judged = []
     for seed in range(given.seed, given.seed + given.tasks):
-        one = judge(seed, change=given.change)
+        one = judge(seed, change=given.change, draw=rich_task if given.rich else good_task)
         if one is not None:
             judged.append(one)
             _keep(given.keep, one)
@@ -330,6 +350,23 @@ def main() -> int:
     good = [one for one in judged if not one.why_not]
     nobodys = any(NOBODYS in one.why_not for one in judged)
     return int(nobodys or 100 * sum(bool(one.errors) for one in good) > len(good))
+
+
+def _checked(number: int, start: int, *, dry: bool) -> int:
+    """Check so many tasks of more of the language, write what is said of them; return 1 if anything is."""
+    told = {
+        seed: [one.code for one in found] for seed in range(start, start + number) if (found := check(rich_task(seed)))
+    }
+    by_code = Counter(code for codes in told.values() for code in sorted(set(codes)))
+    which = ", ".join(f"{code} of {count}" for code, count in by_code.most_common())
+    said = f"{len(told)} are blamed ({which})" if told else "none is refused, and none warned about"
+    part = PART.format(mark=GOOD_MARK, number=f"{number:,}", seed=start, said=said)
+    print(part, *(f"seed {seed}: {' '.join(codes)}" for seed, codes in told.items()), sep="\n")
+    if not dry:
+        PAGE.write_text(
+            PAGE.read_text(encoding="utf-8").partition(GOOD_MARK)[0].rstrip("\n") + f"\n\n{part}", encoding="utf-8"
+        )
+    return int(bool(told))
 
 
 def _keep(place: Path, one: Judged) -> None:

@@ -17,6 +17,8 @@ from tests.mistakes.book import BASES, Decidable, Found, Mistake, base_text, fou
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "mutation.md"
 MARK: Final = "<!-- mistakes: written by benchmarks/mistakes.py -->"
+GOOD_MARK: Final = "<!-- good tasks: written by benchmarks/false_alarms.py -->"
+"""Where the part behind this one begins."""
 FIRST: Final = (("all", 167, 111, 38), ("can be known before flight", 155, 110, 36))
 """What was found at the first count: how many, by the checker, by the tests."""
 UNUSED: Final = {"W060"}
@@ -66,8 +68,9 @@ def main() -> None:
     if given.dry:
         print(part)
     else:
-        before = PAGE.read_text(encoding="utf-8").partition(MARK)[0].rstrip("\n")
-        PAGE.write_text(f"{before}\n\n{part}", encoding="utf-8")
+        before, _, old = PAGE.read_text(encoding="utf-8").partition(MARK)
+        behind = "".join(old.partition(GOOD_MARK)[1:])
+        PAGE.write_text(f"{before.rstrip()}\n\n{part}" + (f"\n{behind}" if behind else ""), encoding="utf-8")
         print("\n".join(line for line in part.split("\n") if line.startswith("|")))
 
 

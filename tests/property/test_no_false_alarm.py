@@ -12,8 +12,10 @@ from benchmarks.false_alarms import SCENARIOS, check, is_nobodys, judge, report,
 from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
 from formiga_bt.engine.kernel.state import EngineState
 from tests.property.sound import good_task
+from tests.property.sound_rich import rich_task
 
 CHECKED = int(os.environ.get("FORMIGA_EXAMPLES", "0")) or 100
+RICH = range(int(os.environ.get("FORMIGA_RUNS", "0")) or 3)
 RUN = int(os.environ.get("FORMIGA_RUNS", "0")) or 4
 
 
@@ -25,6 +27,23 @@ def test_a_good_task_passes_without_a_word() -> None:
             said[seed] = [f"{one.code} line {one.mark.line}: {one.message}" for one in found]
 
     assert len(said) <= CHECKED // 100, said
+
+
+def test_a_good_task_of_more_of_the_language_passes_without_a_word() -> None:
+    """`python benchmarks/false_alarms.py --checked --tasks 2000` checks more of them."""
+    told = {seed: [one.code for one in found] for seed in range(3 * CHECKED) if (found := check(rich_task(seed)))}
+
+    assert told == {}
+
+
+@pytest.mark.parametrize("seed", RICH)
+def test_a_good_task_of_more_of_the_language_ends_as_it_should_on_a_calm_day(seed: int) -> None:
+    task = unchecked(rich_task(seed))[0]
+    assert task is not None
+
+    ended = run(task, list(SCENARIOS).index("ok"))
+
+    assert (ended.status, ended.aloft) == ("SUCCEEDED", False), ended
 
 
 @pytest.mark.parametrize("seed", range(RUN))

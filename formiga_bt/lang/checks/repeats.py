@@ -25,7 +25,7 @@ def check_repeats(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
     """Report W076 for the steps of a body and what is inside them."""
     for before, one in pairwise(steps):
         with problems.within(one.title):
-            if not isinstance(one, _MAY_REPEAT) and same(before, one):
+            if not isinstance(one, _MAY_REPEAT) and not _follows(one) and same(before, one):
                 what = f"this is the same as the step before it ({before.mark.said})"
                 problems.add("W076", one.mark, what, "remove it; if it is meant, write repeat: 2")
             elif _is_there(before, one, catalogue):
@@ -36,6 +36,15 @@ def check_repeats(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
         with problems.within(step.title):
             for body in bodies(step):
                 check_repeats(body, catalogue, problems)
+
+
+def _follows(step: Step) -> bool:
+    """Return whether an order goes by what another agent does, and so is another one each time: fly over where they are now."""
+    return isinstance(step, Do) and any(
+        read.field and read.name != step.who.name and read.field != "home"
+        for expr in step.fields.values()
+        for read in expr.reads
+    )
 
 
 def bodies(step: Step) -> list[tuple[Step, ...]]:
