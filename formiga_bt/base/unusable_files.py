@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from formiga_bt.base.accounts import ACCOUNTS, read_register
 from formiga_bt.base.bounds import MOST_EPOCH
 from formiga_bt.base.durable import move_aside
 from formiga_bt.base.errors import SiteError
@@ -73,6 +72,12 @@ def _is_read_by(read: Callable[[Path], object]) -> Check:
     return check
 
 
+def _is_register(file: Path) -> bool:
+    from formiga_bt.base.accounts import read_register  # slow to import, and an order of a hurry reads no accounts
+
+    return _is_read_by(read_register)(file)
+
+
 def _json(file: Path) -> dict[str, Any]:
     said = json.loads(file.read_text(encoding="utf-8"))
     if not isinstance(said, dict):
@@ -101,7 +106,7 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "no-journal": (_is_empty, "nothing is lost"),
     "engine.json": (_is_object, "nothing is lost"),
     "token": (_is_token, "a new token is made; callers from other machines need it"),
-    ACCOUNTS: (_is_read_by(read_register), "nobody has an account any more: formiga access add NAME --role ROLE"),
+    "accounts.json": (_is_register, "nobody has an account any more: formiga access add NAME --role ROLE"),
     "audit.jsonl": (_is_file, "a new audit begins"),
     SECRETS: (
         _is_read_by(read_secrets),
