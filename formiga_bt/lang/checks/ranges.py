@@ -213,6 +213,9 @@ class _Condition:
         return None if plain or self._constant(beside) is not None else self._given.get(name)
 
     def _constant(self, node: ast.AST) -> _Constant | None:
+        if isinstance(node, ast.Call):
+            clock = _CLOCK.fullmatch(self._parsed.text(node).removeprefix("today(").strip("')\" "))
+            return _seconds(clock) if clock is not None else None
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
             inner = self._constant(node.operand)
             return -inner if isinstance(inner, float) else None
@@ -293,9 +296,11 @@ def _number(expr: Expr | None) -> float | None:
 def _default(param: Param) -> float | None:
     """Return the default of a param as a number; of a time of the day its seconds."""
     clock = _CLOCK.fullmatch(param.default.source) if param.default is not None and param.type.name == "time" else None
-    if clock is not None:
-        return int(clock[1]) * 3600.0 + int(clock[2]) * 60.0 + int(clock[3] or 0)
-    return _number(param.default)
+    return _seconds(clock) if clock is not None else _number(param.default)
+
+
+def _seconds(clock: re.Match[str]) -> float:
+    return int(clock[1]) * 3600.0 + int(clock[2]) * 60.0 + int(clock[3] or 0)
 
 
 def _saved(steps: Iterable[Step]) -> Iterator[tuple[str, tuple[FormField, ...]]]:

@@ -84,7 +84,12 @@ def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
 
 
 def _settled(have: Type, expected: Type | None) -> Type:
-    """Return the type to show outside: texts written in an expression become what was expected, or text."""
+    """Return the type to show outside: texts written in an expression become what was expected, or text.
+
+    Where anything may stand, as in the `returns` of a subtree, they stay what they are, so that a caller may expect an enum.
+    """
+    if expected == ANY:
+        return have
     if have.name == "literal" and expected is not None and expected.name == "enum":
         return expected
     if have.name == "list" and have.item == ANY and expected is not None and expected.name == "list":

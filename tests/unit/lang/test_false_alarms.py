@@ -90,6 +90,24 @@ GO_LOOK = '  - call: Look\n    with: {drone: "${drone}", at: "${target}"}\n'
 PICKER = "agents: {picker: {type: picker}}\nsteps:\n"
 FIND = '  - do: picker.MiniFinder\n    with: {base: "${base}"}\n    timeout: 1 min\n'
 
+HEARD = """\
+records: {find: {spot: place, how: {type: enum, values: [seen, heard]}}}
+vars: {finds: {type: {list: find}}}
+steps:
+  - call: Hear
+    save_as: found
+  - set: {finds: "${[found]}"}
+  - notify: ${finds[0].spot} ${finds[0].how}
+    when: is_set(finds)
+"""
+RETURNS = """\
+subtrees:
+  Hear:
+    steps:
+      - wait: 1 s
+    returns: {{spot: "${{base}}", how: "{how}"}}
+"""
+
 CASES = {
     "W069: machines of a block are brought home before what comes next": (
         FLYING + WATCHER + "steps:\n  - fallback:\n" + HELPER + NOBODY,
@@ -134,6 +152,10 @@ CASES = {
         + "steps:\n  - notify: ${n}\n  - notify: ${far}\n  - check: n > 2\n    message: ${at}\n",
         "params: {n: {type: int, default: 3}}\nsteps:\n  - call: Say\n    with: {text: '${n}'}\n"
         + "subtrees:\n  Say:\n    params: {text: text}\n    steps:\n      - notify: ${text}\n",
+    ),
+    "E013: a word that is chosen fits the enum of a record": (
+        HEARD + RETURNS.format(how="${'seen' if now > today('12:00') else 'heard'}"),
+        HEARD + RETURNS.format(how="${'seen' if now > today('12:00') else 'smelt'}"),
     ),
     "W095: a subtree that leaves the ground itself": (
         FLYING + HELD + LANDED + GO_LOOK + BACK + LOOK,
