@@ -38,6 +38,8 @@ def main() -> int:
         steps += len(ours.steps)
         for text in drawn.texts:
             kinds.update(kinds_of(json.loads(text)))
+        if (seed + 1) % 1000 == 0:
+            print(f"to seed {seed}: {steps} steps, {differ} differ", flush=True)
     spent = time.process_time() - began
     print(f"{int(end) - int(first)} missions, {steps} steps, {differ} differ; {spent:.0f} s of a core")
     print(", ".join(f"{kind} {kinds[kind]}" for kind in sorted(KINDS)))
