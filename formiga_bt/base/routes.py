@@ -312,7 +312,13 @@ class Patches:
     def __init__(self, graph: RouteGraph, free: dict[str, int]) -> None:
         self._graph = graph
         self._free = free
-        self._above: dict[str, str] = {node: node for node in graph.nodes if free.get(node, 0) > 0}
+        self._above: dict[str, str] = {}
+        self.renew()
+
+    def renew(self) -> None:
+        """Something is free no more (`free` says so already): find all anew."""
+        graph, free = self._graph, self._free
+        self._above = {node: node for node in graph.nodes if free.get(node, 0) > 0}
         for edge in graph.edges.values():
             if edge.a in self._above and edge.b in self._above and free.get(edge.name, 0) > 0:
                 self._join(edge.a, edge.b)

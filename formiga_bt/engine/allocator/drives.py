@@ -9,15 +9,32 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
+from msgspec import Struct
+
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import way_gap_m
 from formiga_bt.base.routes import Entry, RouteGraph
-from formiga_bt.engine.allocator.safe_order import Job, Way
+from formiga_bt.engine.allocator.safe_order import Job, Way, all_end, worse_off
 from formiga_bt.engine.allocator.witness import Held, Witness
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 
 Moved = tuple[str, str, str]
 """A machine, the node that it would be at, and where its way ends."""
+
+
+class Refusal(Struct, frozen=True):
+    """Why a machine may not drive on: it holds while those that it is about are as they were."""
+
+    waits: str
+    """Who could not come to its end."""
+    about: dict[str, Held]
+    """Machines that cannot end then, or are in the way of those."""
+    at: Micros
+
+
+ANEW_US: Final[Micros] = 10 * SECOND
+"""A refusal is looked for anew after so long in any case."""
 
 REACH_M: Final = 0.5
 """How far a machine reaches from its position, if nothing else is known."""
@@ -32,6 +49,8 @@ class Drives:
         """Some resource lies on the ways: what a machine needs depends on what its task has."""
         self._witness = Witness(core.route_graph) if core.route_graph is not None else None
         self._known: dict[str, tuple[AgentRecord, GoalRecord | None, Held]] = {}
+        self._refused: dict[str, tuple[Moved, Refusal]] = {}
+        """Machine -> where it was last not let drive, and why."""
 
     @staticmethod
     def job_id(agent: str) -> str:
@@ -55,26 +74,60 @@ class Drives:
     def held_up_by_way(self, agent: AgentRecord, node: str, to: str) -> str | None:
         """Return the machine that could not come to its end any more if another one drove on; "" = all can.
 
-        None: it must be looked for in full (`safe_order`), as others than drives matter, or some cannot end as it is.
+        None: others than drives matter (`safe_order`).
         """
         if self._witness is None or self._placed:
             return None
-        then = self._witness.all_end(self._machines((agent.id, node, to)))
+        moved = agent.id, node, to
+        if self._still_refused(moved):
+            return self._refused[agent.id][1].waits
+        machines = self._machines(moved)
+        then = self._witness.all_end(machines.values())
         if not then.waits or self.leaves_at_once(agent, node, to):
+            self._refused.pop(agent.id, None)
             return ""
-        if not then.is_sure or self._witness.all_end(self._machines(None)).waits:
-            return None
-        return then.waits
+        about = {
+            name: one
+            for name, one in machines.items()
+            if name != agent.id and (one.parts & then.blocked or self.job_id(name) in then.held_by)
+        }
+        before = self._machines(None)
+        is_sure = then.is_sure and not self._witness.all_end(before.values()).waits
+        waits = then.waits if is_sure else self._worse_off(self._witness, before, machines)
+        if waits:
+            self._refused[agent.id] = moved, Refusal(waits, about, self._core.now)
+        return waits
 
-    def _machines(self, moved: Moved | None) -> list[Held]:
+    @staticmethod
+    def _worse_off(witness: Witness, before: Mapping[str, Held], after: Mapping[str, Held]) -> str:
+        """Return who could come to its end before, and cannot any more, where some could not even before."""
+        jobs = [one.job for one in after.values() if one.job is not None]
+        can = witness.ends(after.values())
+        if all_end(jobs, can):
+            return ""
+        stood = [one.job for one in before.values() if one.job is not None]
+        return worse_off(stood, jobs, witness.ends(before.values()), can)
+
+    def _still_refused(self, moved: Moved) -> bool:
+        """Return whether a machine was not let drive there, and all that this was about is as it was."""
+        graph, known = self._core.route_graph, self._refused.get(moved[0])
+        if graph is None or known is None or known[0] != moved:
+            return False
+        agents = self._core.state.agents
+        return self._core.now - known[1].at < ANEW_US and all(
+            name in agents and agents[name].on_route and self._machine(name, graph) == one
+            for name, one in known[1].about.items()
+        )
+
+    def _machines(self, moved: Moved | None) -> dict[str, Held]:
         graph, core, witness = self._core.route_graph, self._core, self._witness
         assert graph is not None
         assert witness is not None
         mine = moved[0] if moved is not None else ""
-        found = [self._machine(name, graph) for name in core.index.on_route.members() if name != mine]
+        found = {name: self._machine(name, graph) for name in core.index.on_route.members() if name != mine}
         if moved is not None:
             job = self._moved(core.state.agents[mine], moved, graph) if moved[1] != moved[2] else None
-            found.append(Held(witness.ways.bit[moved[1]], job))
+            found[mine] = Held(witness.ways.bit[moved[1]], job)
         return found
 
     def _machine(self, agent_id: str, graph: RouteGraph) -> Held:

@@ -8,7 +8,7 @@ not end before (a machine that it needs is lost) keeps nobody from anything.
 A machine on the routes needs no fixed things, but a way whose nodes and edges are all free, and keeps the end that it comes to.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from msgspec import Struct
@@ -101,7 +101,7 @@ def _end_some(
         if patches is not None and job.way is not None:
             patches.release(job.holds)
             if end and graph is not None and not graph.is_aside(end):
-                patches = Patches(graph, have)
+                patches.renew()
         del left[job.id]
         ended[job.id] = level
         if in_the_way:
@@ -160,12 +160,25 @@ def left_waiting(
         then: what is free after.
         graph: the routes, if any job has a way.
     """
-    after = list(after)
+    after, before = list(after), list(before)
     can = can_end(after, then, graph)
-    if all(can.get(job.id) == FULLY or job.may_stay for job in after):
-        return ""
-    before = list(before)
-    could = can_end(before, free, graph)
+    return "" if all_end(after, can) else worse_off(before, after, can_end(before, free, graph), can)
+
+
+def all_end(jobs: Iterable[Job], can: Mapping[str, int]) -> bool:
+    """Return whether all jobs come to their ends that must."""
+    return all(can.get(job.id) == FULLY or job.may_stay for job in jobs)
+
+
+def worse_off(before: Sequence[Job], after: Sequence[Job], could: Mapping[str, int], can: Mapping[str, int]) -> str:
+    """Return a task that could end before a grant and cannot after it, or "".
+
+    Args:
+        before: the jobs.
+        after: the jobs with what is granted.
+        could: what `can_end` says of those before.
+        can: what it says of those after.
+    """
     stood = {job.id for job in before if job.may_stay}
     new = [job for job in after if job.id not in {one.id for one in before}]
     lost = [job for job in after if _worse(job, can, could) and not job.may_stay]

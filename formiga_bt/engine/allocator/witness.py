@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from formiga_bt.base.routes import RouteGraph
 from formiga_bt.base.ways import Ways
-from formiga_bt.engine.allocator.safe_order import Job, Way
+from formiga_bt.engine.allocator.safe_order import ASIDE, FULLY, Job, Way
 
 
 class Held(Struct, frozen=True):
@@ -29,6 +29,10 @@ class Answer(Struct, frozen=True):
     """A machine that cannot; "" = all can."""
     is_sure: bool = True
     """No other order would do. One may if an end is in the way now that a machine need not have driven to first."""
+    blocked: int = 0
+    """Of a no: all that is in the way of those that cannot end. While it is, and they want the same, the answer is the same."""
+    held_by: frozenset[str] = frozenset()
+    """Jobs that cannot end, or came to an end that is in the way."""
 
 
 class _Run(Struct):
@@ -44,6 +48,8 @@ class _Run(Struct):
     """End -> how many of these are to come to it."""
     blocked: dict[str, int]
     order: list[str]
+    came_to: dict[str, int]
+    """Job -> the end that it came to."""
     chosen: int = 0
     """Ends that machines came to in this order and, so far as they matter to others, need not have in another one."""
 
@@ -77,20 +83,69 @@ class Witness:
             )
             if not went_on:
                 waits = next(job.task for name, (job, _, _) in run.left.items() if name in run.must)
-                return Answer(waits, not run.chosen & self._in_the_way(run))
+                blocked, names = self._in_the_way(run)
+                names |= {name for name, end in run.came_to.items() if end & blocked}
+                return Answer(waits, not run.chosen & blocked, blocked, frozenset(names))
         self._order = run.order
         return Answer()
 
+    def ends(self, machines: Iterable[Held]) -> dict[str, int]:
+        """Return which jobs come to their ends, `FULLY` or `ASIDE`: what `safe_order.can_end` says, looked for anew."""
+        run = self._begin(machines)
+        ended: dict[str, int] = {}
+        level = FULLY
+        while run.must:
+            went_on = self._end_some(run, ended, level, in_the_way=False) or self._end_some(
+                run, ended, level, in_the_way=True
+            )
+            if not went_on and level == ASIDE:
+                break
+            if not went_on:
+                level = ASIDE
+                run.blocked.clear()
+        return ended
+
+    def _end_some(self, run: _Run, ended: dict[str, int], level: int, *, in_the_way: bool) -> bool:
+        went_on = False
+        wanted = {run.left[name][1].to for name in run.must}
+        for name, (job, way, parts) in list(run.left.items()):
+            if job.may_stay and way.to in wanted:
+                continue
+            end = self._end_of(run, name, level)
+            if not end or (not in_the_way and not self._graph.is_aside(end)):
+                continue
+            run.free = (run.free | (parts & ~run.doubled)) & ~self.ways.bit[end]
+            del run.left[name]
+            run.must.discard(name)
+            ended[name] = level
+            if in_the_way:
+                return True
+            went_on = True
+        return went_on
+
+    def _end_of(self, run: _Run, name: str, level: int) -> str:
+        """Return the end that a machine can come to now, or ""."""
+        job, way, parts = run.left[name]
+        blocked = run.blocked.get(name, 0)
+        if blocked and not blocked & run.free:
+            return ""
+        found = self.ways.find(way.entries, way.to, run.free | parts)
+        if not found.end and way.to and level == ASIDE and not job.may_stay:
+            blocked = found.blocked
+            found = self.ways.find(way.entries, "", run.free | parts)
+        run.blocked[name] = 0 if found.end else blocked | found.blocked
+        return found.end
+
     @staticmethod
-    def _in_the_way(run: _Run) -> int:
-        """Return all that keeps those from ending that must: what is in their way, and in the way of whoever holds that."""
+    def _in_the_way(run: _Run) -> tuple[int, set[str]]:
+        """Return all that keeps those from ending that must, and who: what is in their way, and in that of whoever holds it."""
         found, names = 0, set(run.must)
         while True:
             for name in names:
                 found |= run.blocked.get(name, 0)
             more = {name for name, (_, _, parts) in run.left.items() if parts & found} - names
             if not more:
-                return found
+                return found, names
             names |= more
 
     def _begin(self, machines: Iterable[Held]) -> _Run:
@@ -107,7 +162,7 @@ class Witness:
                 if not job.may_stay:
                     must.add(job.id)
                     wanted[job.way.to] = wanted.get(job.way.to, 0) + 1
-        return _Run(self.ways.all & ~taken, doubled, left, must, wanted, {}, [])
+        return _Run(self.ways.all & ~taken, doubled, left, must, wanted, {}, [], {})
 
     @staticmethod
     def _near(run: _Run) -> list[str]:
@@ -145,6 +200,7 @@ class Witness:
         if job.may_stay or not way.to or len(self._graph.edges_at(found.end)) > 1:
             run.chosen |= self.ways.bit[found.end]
         run.order.append(name)
+        run.came_to[name] = self.ways.bit[found.end]
         del run.left[name]
         if not job.may_stay:
             run.must.discard(name)

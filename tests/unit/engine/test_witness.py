@@ -109,6 +109,8 @@ def test_kept_order_says_what_the_full_check_says(seed: int) -> None:
         after, then = hall.fully(moved)
         before, free = hall.fully(None)
         full = can_end(after, then, hall.graph)
+        assert hall.witness.ends(hall.held(moved)) == full, (seed, moved, hall.at, hall.to)
+        assert hall.witness.ends(hall.held(None)) == can_end(before, free, hall.graph), (seed, hall.at, hall.to)
         found = all(full.get(job.id) == FULLY or job.may_stay for job in after)
         if kept and not found:
             assert tried(hall, moved), (seed, moved, hall.at, hall.to)
