@@ -473,6 +473,7 @@ class StepWriter:
             "capabilities": ";".join(role.capabilities),
             "wait": self.optional(role.wait, "wait"),
             "if_lost": role.if_lost if role.if_lost != "fail" else "",
+            "hand_over_at": self.optional(role.hand_over_at, "hand_over_at"),
             "away": "true" if role.away else "",
             "preempt": "" if role.preempt is None else str(role.preempt).lower(),
         }

@@ -298,7 +298,14 @@ ROLE: Final[tuple[Option, ...]] = (
     Option("battery_min", "value", "The least charge at the start.", type="percent"),
     Option("capabilities", "words", "What else the agent must be able to do."),
     Option("wait", "value", "How long to queue for it (as long as it takes; of with_agents 15 min).", type="duration"),
-    Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind"), default="fail"),
+    Option(
+        "if_lost",
+        "word",
+        "What a lost agent means (fail).",
+        values=("fail", "rebind", "fail_block"),
+        default="fail",
+    ),
+    Option("hand_over_at", "value", "Of with_agents: at this charge another one takes over.", type="percent"),
     Option(
         "preempt",
         "flag",

@@ -141,6 +141,16 @@ def commands(step: Step, names: Names) -> Iterator[tuple[tuple[str, ...], Step]]
         yield agents, at
 
 
+def begins_anew(step: Step) -> bool:
+    """Return whether what is in a step may run more than once: it is tried again, or handed over to other agents."""
+    return step.retry is not None or (isinstance(step, WithAgents) and hands_over(step))
+
+
+def hands_over(block: WithAgents) -> bool:
+    """Return whether a block may begin anew with other agents."""
+    return any(role.hand_over_at is not None for role in block.roles.values())
+
+
 def lasting_orders(step: Step) -> Iterator[tuple[str, Do]]:
     """Iterate over the goals that a step may send to agents that it does not hold itself, with the name of one of these.
 

@@ -273,6 +273,11 @@ class RetryNode(Modifier):
         self.mem = replace(self.mem, had=tuple(dict.fromkeys((*self.mem.had, *agents))))
         self.remember(run, self.mem)
 
+    def clear_agents(self, run: Run, agents: tuple[str, ...]) -> None:
+        """Forget who did its turn and was replaced: a later failure that names nobody is not theirs."""
+        self.mem = replace(self.mem, had=tuple(one for one in self.mem.had if one not in agents))
+        self.remember(run, self.mem)
+
     def _may_again(self, failure: Failure) -> bool:
         """Return whether a failure may be tried again; by another agent also what this one may not repeat, and its loss."""
         assert self.step_model is not None

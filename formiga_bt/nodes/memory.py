@@ -196,6 +196,14 @@ class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
     """What its steps had decided when it began to give back; likewise the next two."""
     skipped: bool = False
     breaking: bool = False
+    low: dict[str, float] = {}
+    """Agents that are replaced -> at which charge, percent."""
+    drain: Drain = ()
+    """What the stopped steps had under way: the block had lost an agent, or hands over."""
+    anew: bool = False
+    """It begins anew when all are given back."""
+    turn: int = 0
+    """How often it has begun anew: part of the paths of its steps, so that no goal has the id of an earlier one."""
 
 
 class WithResourceMem(Struct, frozen=True, tag="with_resource", tag_field="mem"):

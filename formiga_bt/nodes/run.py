@@ -6,7 +6,7 @@ Nodes hold no state that matters beyond a step: their memory goes through `remem
 that leaves the tree goes through `order`, `ask`, `notify`. No node reads a sibling, a clock or a random number.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, Protocol
 
 from msgspec import Struct, field
@@ -319,6 +319,10 @@ class WatchRun(Protocol):
         """Wake the node at `path` at each event of that name that an agent tells; `unwatch` ends it."""
         ...
 
+    def watch_agents(self, path: str, fields: Sequence[tuple[str, str]]) -> None:
+        """Wake the node at `path` when one of these (agent, field) changes; `unwatch` ends it."""
+        ...
+
     def newest_event(self) -> int:
         """Return the order of the newest event of anyone."""
         ...
@@ -397,6 +401,14 @@ class AgentsRun(StepRun, Protocol):
 
     def is_released(self, agent: str) -> bool:
         """Return whether the task no longer holds an agent."""
+        ...
+
+    def is_low(self, agent: str, percent: float) -> bool:
+        """Return whether an agent that flies, or drives, has come to this charge."""
+        ...
+
+    def why_gone(self, agent: str) -> str:
+        """Return why an agent was taken from the task (`lost`, ...); "" of one that it holds."""
         ...
 
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:

@@ -447,7 +447,7 @@ class NaiveTrees:
             error = mem.get("failure") or (skipped_before(at) if mem.get("index") else error)
         else:
             assert isinstance(step, model.Sequence | model.Guard | model.WithAgents | model.WithResource)
-            steps = step.steps
+            steps, mid = step.steps, f".turn#{mem['turn']}" if mem.get("turn") else ""
         return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error, "", at.retries) for s in steps]
 
     def _in_order(self, children: list[At], mem: dict[str, Any], around: At | None = None) -> Done | None:
@@ -889,7 +889,20 @@ class NaiveTrees:
                 host.set_var(at.scope, name, refs if role.is_list else refs[0])
             for key in at.retries:
                 self.mem[key]["had"] = tuple(dict.fromkeys((*self.mem[key]["had"], *mem["agents"])))
+            limits = {
+                name: role.hand_over_at.run(self._env(at)) for name, role in step.roles.items() if role.hand_over_at
+            }
+            mem["limits"] = {one: limit for name, limit in limits.items() for one in served.roles[name]}
+            mem["stay"] = [
+                one for name, role in step.roles.items() if role.if_lost == "fail_block" for one in served.roles[name]
+            ]
             mem.update(index=0, ran=False)
+        if "result" not in mem and "ends" not in mem:
+            lost = next((one for one in mem["stay"] if host.why_gone(one)), "")
+            if lost or any(host.is_low(one, limit) for one, limit in mem["limits"].items()):
+                self._stop_within(at, mem, lost)
+        if "ends" in mem:
+            return self._stopped_within(at, mem)
         if "result" not in mem:
             done = self._in_order(self._children(at, mem), mem)
             if done is None:
@@ -898,6 +911,42 @@ class NaiveTrees:
             self._unset(at, *step.roles, always=True)
             self._give_back(at, mem["agents"])
         return mem["result"] if all(host.is_released(one) for one in mem["agents"]) else None
+
+    def _stop_within(self, at: At, mem: dict[str, Any], lost: str) -> None:
+        """The block has lost an agent, or one of its agents has come to the charge of its hand-over."""
+        assert isinstance(at.step, model.WithAgents)
+        mem["lost"] = (lost, self.host.why_gone(lost) if lost else "")
+        mem["ends"] = self._halt_child(self._children(at, mem), mem)
+        self.moved = True
+        for end in mem["ends"]:
+            self.host.adopt(end, at.key)
+        self.host.unwatch(at.key)
+        self._unset(at, *at.step.roles, always=True)
+        self._give_back(at, mem["agents"], mem["ends"])
+
+    def _stopped_within(self, at: At, mem: dict[str, Any]) -> Done | None:
+        """Once all is over and given back, fail or begin anew."""
+        host, ends, (lost, why) = self.host, mem["ends"], mem["lost"]
+        assert isinstance(at.step, model.WithAgents)
+        if not all(host.is_over(end) for end in ends) or not all(host.is_released(one) for one in mem["agents"]):
+            return None
+        doubt = [goal for end in ends if isinstance(end, GoalEnd) and (goal := host.goal(end.goal)).state == "in_doubt"]
+        for end in ends:
+            host.forget(end)
+        if doubt:
+            reason = "the agent never confirmed the cancel"
+            return failed(at, "cancel_unconfirmed", reason, doubt[0].agent, again=False)
+        if lost:
+            reason = f"{lost} was lost" if why == "lost" else f"{lost} is quarantined: {why}"
+            return failed(at, "agent_lost", reason, lost, again=False, other=why == "lost")
+        self._unset(at, *at.step.fresh)
+        for key in at.retries:
+            self.mem[key]["had"] = tuple(one for one in self.mem[key]["had"] if one not in mem["agents"])
+        turn = mem.get("turn", 0) + 1
+        mem.clear()
+        mem["turn"] = turn
+        self.moved = True
+        return self._with_agents(at, mem, fresh=True)
 
     def _give_back(self, at: At, agents: Sequence[str], after: Sequence[End] = ()) -> list[End]:
         held = [one for one in agents if not self.host.is_released(one)]
@@ -910,7 +959,12 @@ class NaiveTrees:
         if "agents" not in mem:
             return self._give_back(at, self.host.withdraw_agents(at.key))
         goals: list[End] = []
-        if "result" not in mem:
+        if "ends" in mem:
+            goals = [end for end in mem["ends"] if not self.host.is_over(end)]
+            for end in mem["ends"]:
+                if end not in goals:
+                    self.host.forget(end)
+        elif "result" not in mem:
             goals = self._halt_child(self._children(at, mem), mem)
             self._unset(at, *at.step.roles, always=True)
         return goals + self._give_back(at, mem["agents"], goals)

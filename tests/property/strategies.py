@@ -470,8 +470,10 @@ class Writer:
         self.blocks += 1
         name, one = f"more{self.blocks}", f"lent{self.blocks}"
         role: dict[str, Any] = {"type": "cart", "wait": self.dice.choice((*SPANS, "20 s"))}
-        if self.chance(20):
-            role["if_lost"] = "rebind"
+        if self.chance(40):
+            role["if_lost"] = self.pick("rebind", "fail_block")
+        if self.chance(30):
+            role |= {"battery_min": "60 %", "hand_over_at": "50 %"}
         if self.chance(20):
             role["preempt"] = self.pick(True, False)
         if not self.chance(25):
@@ -584,6 +586,54 @@ def task_text(dice: Random, name: str = "Random") -> str:
     if subtrees:
         task["subtrees"] = subtrees
     return json.dumps(task, indent=1)
+
+
+def block_text(dice: Random) -> str:
+    """Draw a task of one long block, whose machine may be lost or replaced."""
+    writer = Writer(dice, ("more",), ("ann",), ())
+    writer.may_want = False
+    role: dict[str, Any] = {
+        "type": "cart",
+        "wait": "20 s",
+        "if_lost": dice.choice(("fail", "fail_block", "fail_block")),
+    }
+    if writer.chance(60):
+        role |= {"battery_min": "60 %", "hand_over_at": "50 %"}
+    steps = [{"do": "more.Haul", "ignore_failure": True}, *writer.steps(2, 2), {"wait": "30 s"}, *writer.uses()]
+    block: dict[str, Any] = {"with_agents": {"more": role}, "steps": steps}
+    if writer.chance(60):
+        block["retry"] = {"attempts": 3, "agent": "another"}
+    if writer.chance(30):
+        block["timeout"] = "50 s"
+    task: dict[str, Any] = {
+        "formiga": 1,
+        "task": "Random0",
+        "records": {"pair": {"n": "int", "ok": "bool"}},
+        "vars": {"n": "${0}", "flag": "${1 > 2}", "kept": {"type": "int"}, "best": {"type": "pair"}},
+        "params": {
+            "t5": {"type": "time", "default": "1970-01-12T13:46:45Z"},
+            "t9": {"type": "time", "default": "1970-01-12T13:46:49Z"},
+        },
+        "agents": {"ann": {"type": "person"}},
+        "steps": [{"fallback": [block, {"notify": "${error.code}"}]}],
+    }
+    return json.dumps(task, indent=1)
+
+
+def block_mission(seed: int) -> Mission:
+    """Return a mission whose machines are in the air and low a while, or fall silent, as its block runs."""
+    dice = Random(seed)
+    while load(text := block_text(dice)) is None:
+        pass
+    deeds = {one: tuple(deed(dice) for _ in range(dice.randint(0, 6))) for one in (*CARTS, *PEOPLE)}
+    troubles = [Event(1.0, "submit", "Random0"), *events(dice)]
+    for cart in CARTS:
+        at = dice.randint(4, 40) / 2
+        if dice.random() < 0.5:
+            troubles += [Event(at, "rise", cart), Event(at + 1, "low", cart), Event(at + 9, "full", cart)]
+        else:
+            troubles.append(Event(at, "kill", cart))
+    return Mission((text,), deeds, tuple(troubles))
 
 
 def deed(dice: Random) -> Deed:

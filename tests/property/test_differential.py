@@ -3,6 +3,7 @@
 A part of them in each run of the tests, all in CI. More examples: FORMIGA_EXAMPLES=5000 pytest tests/property
 """
 
+from collections import Counter
 from itertools import zip_longest
 from typing import Any
 
@@ -10,12 +11,13 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import EngineStep
+from formiga_bt.engine.kernel.inputs import EngineStep, NotifyPeople
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
+from formiga_bt.nodes.memory import WithMem
 from tests.oracle.naive import NaiveTrees
-from tests.property.strategies import Mission, missions
+from tests.property.strategies import Mission, block_mission, missions
 from tests.property.world import World
-from tests.shares import in_ci
+from tests.shares import in_ci, some
 
 
 def fly(mission: Mission, trees: TreesFactory = CompiledTrees) -> World:
@@ -80,6 +82,20 @@ def test_a_task_that_is_preempted_runs_as_in_the_naive_interpreter() -> None:
         )
 
     assert preempted >= 5, f"only {preempted} missions have a preemption"
+
+
+def test_blocks_that_lose_a_machine_or_hand_over_run_as_in_the_naive_interpreter() -> None:
+    seen: Counter[str] = Counter()
+    for mission in map(block_mission, range(some(80, 200))):
+        ours = fly(mission)
+        assert_equal(ours, fly(mission, NaiveTrees), mission)
+        changes = [change for step in ours.steps for change in step.changes]
+        mems = [one.mem for one in changes if isinstance(one, ch.NodeMem) and isinstance(one.mem, WithMem)]
+        seen["hands over"] += any(mem.anew for mem in mems)
+        told = [one.text for step in ours.steps for one in step.effects if isinstance(one, NotifyPeople)]
+        seen["lost"] += "fail_block" in mission.texts[0] and "agent_lost" in told
+
+    assert min(seen["hands over"], seen["lost"]) >= 5, seen
 
 
 @pytest.mark.parametrize("first", [400, *in_ci([450])])

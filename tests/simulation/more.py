@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
-from tests.simulation.trees import HELD_TREES, MORE_TREES, TREES
+from tests.simulation.trees import HELD_TREES, MORE_TREES, RELAY_TREES, TREES
 
 if TYPE_CHECKING:
     from tests.simulation.plan import Ask, Deed, Plan
@@ -22,6 +22,8 @@ HOLDING_FROM: Final = 50_000
 """The first seed whose random trees hold resources of the site."""
 YARD_FROM: Final = 60_000
 """The first seed that is played in a yard, with machines on the ground (`yard`)."""
+RELAY_FROM: Final = 70_000
+"""The first seed whose random trees go on when a drone is lost or low; without the yard."""
 STILL_FROM: Final = 30_000
 """The first seed whose engine's process may stand still."""
 PILOTS: Final = {"ann": 3, "bo": 2}
@@ -47,7 +49,9 @@ def more(drawn: "Plan") -> "Plan":
         else ask
         for ask in drawn.asks
     )
-    if drawn.seed >= HOLDING_FROM:
+    if drawn.seed >= RELAY_FROM:
+        asks = tuple(_relay(Random(f"simulation/relay/{drawn.seed}/{n}"), ask) for n, ask in enumerate(asks))
+    elif drawn.seed >= HOLDING_FROM:
         asks = tuple(_holding(Random(f"simulation/holding/{drawn.seed}/{n}"), ask) for n, ask in enumerate(asks))
     deeds: list[Deed] = []
     for _ in range(dice.randint(2, 5)):
@@ -73,6 +77,13 @@ def _holding(dice: Random, ask: "Ask") -> "Ask":
     """Return a request, of a random tree mostly of one that holds resources."""
     held = ask.task.startswith("Tree") and dice.random() < 0.8
     return replace(ask, task=f"Tree{TREES + MORE_TREES + dice.randrange(HELD_TREES)}") if held else ask
+
+
+def _relay(dice: Random, ask: "Ask") -> "Ask":
+    """Return a request, of a random tree mostly of one whose block goes on without its drone."""
+    relay = ask.task.startswith("Tree") and dice.random() < 0.8
+    first = TREES + MORE_TREES + HELD_TREES
+    return replace(ask, task=f"Tree{first + dice.randrange(RELAY_TREES)}") if relay else ask
 
 
 def _words(dice: Random, tasks: Sequence[str], lasts: float) -> list["Deed"]:

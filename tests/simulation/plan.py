@@ -16,7 +16,7 @@ from formiga_bt.base.geo import Place, Region
 from formiga_bt.lang.model import Catalogue, Site, SiteAgent, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import packaged_world
-from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, YARD_FROM, more
+from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, RELAY_FROM, YARD_FROM, more
 from tests.simulation.trees import CHILDREN, TREES, task_of, ten_site
 
 DRONES: Final = (
@@ -144,8 +144,8 @@ def _real_of(drones: int, people: tuple[tuple[str, str], ...]) -> Site:
 
 
 def plan(seed: int) -> Plan:
-    """Return the plan of a seed; from `more.MORE_FROM` on it has more in it, from `more.YARD_FROM` on it is of a yard."""
-    if seed >= YARD_FROM:
+    """Return the plan of a seed; from `MORE_FROM` on it has more in it, from `YARD_FROM` to `RELAY_FROM` it is of a yard."""
+    if YARD_FROM <= seed < RELAY_FROM:
         from tests.simulation.yard import yard_plan
 
         return yard_plan(seed)

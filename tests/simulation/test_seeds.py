@@ -12,7 +12,7 @@ import pytest
 from tests.shares import in_ci
 from tests.simulation import runs
 from tests.simulation.invariants import Violation
-from tests.simulation.more import HOLDING_FROM, MORE_FROM, STILL_FROM, UNSURE_FROM, YARD_FROM
+from tests.simulation.more import HOLDING_FROM, MORE_FROM, RELAY_FROM, STILL_FROM, UNSURE_FROM, YARD_FROM
 from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan, plan_without
 from tests.simulation.runs import Report, play
 
@@ -68,6 +68,11 @@ def test_it_holds_with_trees_that_hold_resources() -> None:
     assert violated(range(HOLDING_FROM, HOLDING_FROM + 3)) == []
 
 
+def test_it_holds_with_blocks_that_go_on_without_their_drone() -> None:
+    """Seeds from `RELAY_FROM` on: the loss of a drone fails its block, another one takes over at a charge."""
+    assert violated(range(RELAY_FROM, RELAY_FROM + 3)) == []
+
+
 def test_it_holds_in_a_yard() -> None:
     """Seeds from `YARD_FROM` on: rovers on routes, doors, a lift, a loader, chargers, people."""
     assert violated(range(YARD_FROM, YARD_FROM + 4)) == []
@@ -94,7 +99,7 @@ def test_it_holds_when_drones_do_not_know_whether_they_stand() -> None:
 
 BLOCKS = (
     range(FEW, MORE, 10),
-    *(range(a, a + MORE, 10) for a in (MORE_FROM, STILL_FROM, UNSURE_FROM, HOLDING_FROM, YARD_FROM)),
+    *(range(a, a + MORE, 10) for a in (MORE_FROM, STILL_FROM, UNSURE_FROM, HOLDING_FROM, YARD_FROM, RELAY_FROM)),
 )
 
 

@@ -28,6 +28,8 @@ MORE_TREES = 150
 """So many more, with rarer steps, have the numbers from `TREES` on."""
 HELD_TREES = 90
 """So many more, with blocks that hold resources of the site, have the numbers after those."""
+RELAY_TREES = 90
+"""So many more, with blocks that go on when their drone is lost or low, have the numbers after those."""
 RESOURCES: Final = {"lift": Resource("lift", 1), "bay": Resource("bay", 2)}
 Step = dict[str, Any]
 
@@ -49,7 +51,7 @@ def task_of(name: str) -> Task:
 def _drawn(number: int) -> Task:
     _, catalogue = packaged_world()
     for attempt in range(100):
-        drawing = _Drawing if number < TREES else _Rarer if number < TREES + MORE_TREES else _Holding
+        drawing = next(one for end, one in _DRAWINGS.items() if number < end)
         text = json.dumps(drawing(Random(f"tree/{number}/{attempt}")).task(f"Tree{number}"), indent=1)
         loaded = load_task_text(text, f"tree{number}.yaml", catalogue=catalogue, site=ten_site())
         if loaded.task is not None:
@@ -280,3 +282,29 @@ class _Holding(_Drawing):
             case _:
                 steps = [{**before, "timeout": "30 s", "ignore_failure": True}, inside]
         return task | {"steps": steps}
+
+
+class _Relay(_Drawing):
+    """A tree that flies in a block, which fails when its drone is lost, or begins anew with another one at a charge."""
+
+    def task(self, name: str) -> dict[str, Any]:
+        task = super().task(name)
+        dice = self.dice
+        self.agents.pop("drone", None)
+        late = dice.randint(60, 97)
+        role = {**self.role(), "wait": f"{dice.randint(30, 120)} s"}
+        role |= self.maybe(0.7, hand_over_at=f"{late} %", battery_min=f"{late + 2} %")
+        role |= self.maybe(0.6, if_lost="fail_block")
+        block: Step = {"with_agents": {"one": role}, "steps": self.mission("one")}
+        block |= self.maybe(0.5, retry={"attempts": 2, "delay": "3 s", "agent": "another"})
+        steps = dice.choice(([block], [{"fallback": [block, self.still(1)]}], [{**block, "timeout": "90 s"}]))
+        return task | {"steps": [self.still(1), *steps]}
+
+
+_DRAWINGS: Final = {
+    TREES: _Drawing,
+    TREES + MORE_TREES: _Rarer,
+    TREES + MORE_TREES + HELD_TREES: _Holding,
+    TREES + MORE_TREES + HELD_TREES + RELAY_TREES: _Relay,
+}
+"""Kinds of random trees, each with the number after its last one."""

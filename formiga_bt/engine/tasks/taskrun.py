@@ -108,6 +108,19 @@ class TaskRun(TaskWaits):
         """Return whether the task no longer holds an agent."""
         return not any(agent in agents for agents in self._core.task(self.task_id).agents.roles.values())
 
+    def is_low(self, agent: str, percent: float) -> bool:
+        """Return whether an agent is up, or drives, with so little charge. One that stands on the ground is in no hurry."""
+        record = self._core.state.agents[agent]
+        return (
+            record.battery is not None
+            and record.battery <= percent
+            and not (record.flies and record.landed == "grounded")
+        )
+
+    def why_gone(self, agent: str) -> str:
+        """Return why an agent was taken from the task."""
+        return self._core.state.agents[agent].quarantine or "lost" if self.is_released(agent) else ""
+
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
         """Ask the allocator."""
         request = self._requests.want(self.task_id, path, roles, env, but_not)

@@ -1,6 +1,6 @@
 """What the trees of one task wait for: deadlines, live conditions, events of agents."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from formiga_bt.base.clock import Micros
@@ -109,6 +109,14 @@ class TaskWaits(TaskMemory):
         key = event_key(agent, event)
         self._watched[path] = Watched((key,), (), ())
         self._core.board.watch(key, (self.task_id, path))
+
+    def watch_agents(self, path: str, fields: Sequence[tuple[str, str]]) -> None:
+        """Wake a node when one of these (agent, field) changes."""
+        records = [(self._core.state.agents[agent], field) for agent, field in fields]
+        keys = tuple(f"/fleet/{one.type}/{one.id}/{field}" for one, field in records)
+        self._watched[path] = Watched(keys, (), ())
+        for key in keys:
+            self._core.board.watch(key, (self.task_id, path))
 
     def newest_event(self) -> int:
         """Return the order of the newest event of anyone."""

@@ -16,7 +16,7 @@ from msgspec import Struct
 from formiga_bt.lang.checks.bodies import parts
 from formiga_bt.lang.checks.filled import says_filled, walked
 from formiga_bt.lang.model import Check, Expr, Fallback, For, If, Loop, Parallel, Set, Step, Task
-from formiga_bt.lang.walk import bare, children
+from formiga_bt.lang.walk import bare, begins_anew, children
 
 Assumed = Mapping[int, bool]
 """`id` of a condition of the task -> how it turns out; of the list of a `for`: whether it has any item."""
@@ -105,7 +105,7 @@ def _narrowest(steps: tuple[Step, ...], own: frozenset[int]) -> tuple[tuple[Step
 def _inside(step: Step, own: frozenset[int]) -> tuple[Step, ...] | None:
     """Return the list inside a step that has all of some conditions, None if there is no such one."""
     here = [cond for cond in (step.when, step.cond if isinstance(step, If) else None) if cond is not None]
-    if step.retry is not None or isinstance(step, Loop | For) or any(id(cond) in own for cond in here):
+    if begins_anew(step) or isinstance(step, Loop | For) or any(id(cond) in own for cond in here):
         return None
     if isinstance(step, Parallel | Fallback):
         mine = [child for child in step.steps if _uses((child,), own)]
@@ -158,7 +158,7 @@ def _assigned(task: Task) -> set[str]:
 def _saved_once(steps: Sequence[Step]) -> Iterator[str]:
     """Iterate over the names that steps save which are done once at most: not in a loop, not tried again."""
     for step in steps:
-        if step.retry is not None:
+        if begins_anew(step):
             continue
         if isinstance(step, For) and step.gives:
             yield step.gives

@@ -47,7 +47,15 @@ from formiga_bt.lang.model import (
 )
 from formiga_bt.lang.text.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import children, claims_inside, lasting_orders, orders, requests_inside, roles_inside
+from formiga_bt.lang.walk import (
+    begins_anew,
+    children,
+    claims_inside,
+    lasting_orders,
+    orders,
+    requests_inside,
+    roles_inside,
+)
 
 
 def can_succeed(step: Step) -> bool:
@@ -178,8 +186,8 @@ class StepChecks:
                 self.check(last, bounded=False, cleanup=True)
 
     def _check_step(self, step: Step, bounded: bool) -> None:
-        if step.retry is not None:
-            self._check_retry(step)
+        if begins_anew(step):
+            self._check_again(step)
         if isinstance(step, Do):
             self._check_options(step)
             self._check_typical(step, step.timeout, "timeout")
@@ -215,15 +223,21 @@ class StepChecks:
             what = "a question needs at least two options"
             self.problems.add("E074", options.mark, what, "such as: options: [yes, no]")
 
-    def _check_retry(self, step: Step) -> None:
-        assert step.retry is not None
-        repeated = lasting_orders(step) if step.retry.agent == "another" else orders(step)
-        for _, do in repeated:
+    def _check_again(self, step: Step) -> None:
+        repeated = lasting_orders(step) if step.retry is None or step.retry.agent == "another" else orders(step)
+        for name, do in repeated:
             spec = self.actions.get(do.action)
-            if spec is not None and not spec.repeatable:
+            if spec is None or spec.repeatable:
+                continue
+            if step.retry is not None:
                 what = f"{spec.name} cannot be repeated, so it cannot be retried"
                 self.problems.add("E046", step.retry.mark, what, "remove retry, or put it around the other steps only")
-                return
+            else:
+                what = f"{spec.name} cannot be repeated, and '{name}' would do it again when the block is handed over"
+                self.problems.add(
+                    "E046", step.mark, what, "put it behind the block, or let an agent of the block do it"
+                )
+            return
 
     def _check_typical(self, step: Do, bound: Expr | None, key: str) -> None:
         spec = self.actions.get(step.action)

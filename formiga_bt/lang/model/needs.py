@@ -69,7 +69,10 @@ class Role(Struct, frozen=True, eq=False):
     capabilities: tuple[str, ...] = ()
     wait: Expr | None = None
     """How long to queue, seconds; None = as long as it takes, of a block 15 min."""
-    if_lost: Literal["fail", "rebind"] = "fail"
+    if_lost: Literal["fail", "rebind", "fail_block"] = "fail"
+    """`fail_block`, of a `with_agents` only: the block stops and fails, whatever its steps do."""
+    hand_over_at: Expr | None = None
+    """Of a `with_agents` only: at this charge, percent, the block gives its agents back and begins anew."""
     away: bool = False
     preempt: bool | None = None
     """In a task of priority high: true = also for what it takes beyond its least number; false = for nothing."""

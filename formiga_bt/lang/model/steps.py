@@ -341,6 +341,8 @@ class WithAgents(StepBase, frozen=True, kw_only=True):
 
     roles: Mapping[str, Role]
     steps: tuple["Step", ...]
+    fresh: tuple[str, ...] = ()
+    """Names that its steps save: they have no value when it begins anew."""
 
 
 class WithResource(StepBase, frozen=True, kw_only=True):

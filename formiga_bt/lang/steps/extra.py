@@ -31,7 +31,8 @@ def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
     outside = {
         name: body.gone.pop(entry.key.text) for entry in mapping.entries if (name := entry.key.text) in body.gone
     }
-    roles = read_roles(body, mapping)
+    roles = read_roles(body, mapping, block=True)
+    entry = body.flow.copy()
     steps = read.steps(body, keys["steps"].value, "steps", "steps") if "steps" in keys else ()
     found = {}
     for name, role in roles.items():
@@ -45,4 +46,4 @@ def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
         body.flow.released.pop(name, None)
         what = f"'{name}' is only held inside with_agents ({mark.said})"
         body.gone[name] = ("E023", what, "move the step into its steps")
-    return {"roles": found, "steps": steps}
+    return {"roles": found, "steps": steps, "fresh": body.flow.first_saved(entry)}

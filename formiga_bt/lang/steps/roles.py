@@ -12,7 +12,7 @@ from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expr.typing_rules import widen
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import NamedValue
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE, VAR
 from formiga_bt.lang.model import Expr, Role, Room, Some
 from formiga_bt.lang.naming import a_type
@@ -151,8 +151,8 @@ def _check_admission(body: Body, expr: Expr, key: str) -> None:
 # --- roles -------------------------------------------------------------------------------------------------------
 
 
-def read_roles(body: Body, node: Node) -> dict[str, Role]:
-    """Return the roles of a task; they are defined in `body` on the way."""
+def read_roles(body: Body, node: Node, *, block: bool = False) -> dict[str, Role]:
+    """Return the roles of a task, or of a block of it; they are defined in `body` on the way."""
     mapping = read_mapping(node, body.problems, "agents")
     found: dict[str, Role] = {}
     entries = mapping.entries if mapping is not None else ()
@@ -163,7 +163,7 @@ def read_roles(body: Body, node: Node) -> dict[str, Role]:
         value = read_mapping(entry.value, body.problems, entry.key.text)
         if value is not None:
             with body.problems.within(entry.key.text):
-                role = _read_role(body, entry.key, value)
+                role = _read_role(body, entry.key, value, block=block)
                 _check_same_id(body, role, found)
             found[role.name] = role
     return found
@@ -211,7 +211,7 @@ def _declare(body: Body, entries: tuple[Entry, ...]) -> None:
         body.define(at.text, NamedValue(Type("agent", of=types), at.mark, "role"))
 
 
-def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
+def _read_role(body: Body, at: Scalar, mapping: Mapping_, *, block: bool) -> Role:
     name, problems = at.text, body.problems
     for entry in mapping.entries:
         if entry.key.text == "shared":
@@ -235,6 +235,8 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         )
     agent = Type("agent", of=body.agents[name])
     count = _read_count(body, keys, name)
+    if not block:
+        _check_of_block(body, keys)
     return Role(
         name,
         body.agents[name],
@@ -247,11 +249,46 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         battery_min=_admitted(body, keys, "battery_min", PERCENT),
         capabilities=tuple(keys.words("capabilities")),
         wait=_admitted(body, keys, "wait", DURATION),
-        if_lost="rebind" if keys.word("if_lost") == "rebind" else "fail",
+        if_lost=keys.word("if_lost") or "fail",  # type: ignore[arg-type]
+        hand_over_at=_read_hand_over(body, keys),
         away=keys.flag("away"),
         preempt=keys.flag("preempt") if "preempt" in keys else None,
         room=_room_in(mapping),
     )
+
+
+def _check_of_block(body: Body, keys: Keys) -> None:
+    """Report E008 for what only a block can do: a task's own roles are held from its first step to its end."""
+    for key in ("if_lost", "hand_over_at"):
+        if key in keys and (key != "if_lost" or keys.word(key) == "fail_block"):
+            said = "if_lost: fail_block" if key == "if_lost" else key
+            what = f"'{said}' is for a role of with_agents: it says how a block goes on"
+            body.problems.add(
+                "E008", keys[key].key.mark, what, "put the role and the steps that use it into with_agents"
+            )
+
+
+def _read_hand_over(body: Body, keys: Keys) -> Expr | None:
+    """Read at which charge a machine is replaced; without a higher `battery_min` the next one would be at once, too."""
+    late = _admitted(body, keys, "hand_over_at", PERCENT)
+    if late is None:
+        return None
+    at, example = keys["hand_over_at"].key.mark, f"such as: battery_min: {_above(late)} %"
+    if "battery_min" not in keys:
+        body.problems.add(
+            "E008", at, "'hand_over_at' needs battery_min: the charge with which another one may begin", example
+        )
+        return late
+    least = body.value(keys["battery_min"].value, PERCENT, "battery_min", optional=True)
+    if late.is_const and least.is_const and isinstance(least.const, float | int) and least.const <= late.const:
+        what = "battery_min is not above hand_over_at: a machine could begin that is replaced at once"
+        body.problems.add("E061", keys["battery_min"].value.mark, what, example)
+    return late
+
+
+def _above(late: Expr) -> int:
+    """Return a charge well above another one, in whole points."""
+    return min(100, round(late.const) + 35) if late.is_const and isinstance(late.const, float | int) else 70
 
 
 def _room_in(mapping: Mapping_) -> Room | None:

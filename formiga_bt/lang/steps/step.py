@@ -58,7 +58,7 @@ from formiga_bt.lang.text.reading import (
     what_is,
 )
 from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
-from formiga_bt.lang.walk import roles_inside
+from formiga_bt.lang.walk import begins_anew, roles_inside
 from formiga_bt.lang.written import empties, saves
 
 _LOOPS: Final = ("while", "repeat", "for")
@@ -281,8 +281,6 @@ def _read_modified(body: Body, keys: Keys, kind: StepKind, seg: str) -> Step | N
     body.bounded -= limits
     if part is None:
         return None
-    if "retry" in keys:
-        _check_retried(body, entry, keys["retry"].key.mark)
     if "ignore_failure" in keys and common["ignore_failure"]:
         failed = body.flow.copy()
         failed.sure, failed.dead = entry.sure, False
@@ -294,18 +292,21 @@ def _read_modified(body: Body, keys: Keys, kind: StepKind, seg: str) -> Step | N
     if common.get("retry") is not None:
         common["retry"] = replace(common["retry"], fresh=body.flow.first_saved(entry))
     step = _CLASSES[kind.name](**common, **part)
+    if begins_anew(step):
+        _check_held(body, entry, step, step.mark if step.retry is None else keys["retry"].key.mark)
     if step.retry is not None and step.retry.agent == "another" and not any(roles_inside((step,))):
         what = "'agent: another' needs a with_agents inside: the agents of the task stay the same"
         body.problems.add("E008", step.retry.mark, what, "put with_agents into the step that is retried")
     return step
 
 
-def _check_retried(body: Body, entry: Flow, mark: Mark) -> None:
-    """Report E023 for a role that a first attempt gives back and the next one no longer has."""
+def _check_held(body: Body, entry: Flow, step: Step, mark: Mark) -> None:
+    """Report E023 for a role that a step gives back which may begin anew, and then no longer has it."""
+    again, why = ("a second attempt", "is retried") if step.retry is not None else ("the next turn", "hands over")
     for name in body.flow.released:
         if name not in entry.released:
-            what = f"a second attempt no longer holds '{name}': released at {body.flow.released[name].said}"
-            body.problems.add("E023", mark, what, "release it after the step that is retried")
+            what = f"{again} no longer holds '{name}': released at {body.flow.released[name].said}"
+            body.problems.add("E023", mark, what, f"release it after the step that {why}")
 
 
 def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:

@@ -119,7 +119,7 @@ def _field(key: str, before: FieldValue | None, after: FieldValue | None, node: 
         yield f"{where} needs less charge: {arrow}"
     elif key in ("ignore_failure", "critical") and (key == "critical") == (after is None):
         yield f"{key} of {where} {'removed' if after is None else 'added'}"
-    elif key in ("priority", "preemptible", "preempt", "if_lost") or (
+    elif key in ("priority", "preemptible", "preempt", "if_lost", "hand_over_at") or (
         key.startswith("envelope ") and before is not None
     ):
         yield f"{key} of {where}: {arrow}"

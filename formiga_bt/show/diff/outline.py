@@ -146,7 +146,7 @@ class _Scope:
     def role(self, role: Role, prefix: str) -> OutlineNode:
         fields = {"type": values.text(" or ".join(role.types))}
         bounds = {"id": role.id, "near": role.near, "prefer": role.prefer, "battery_min": role.battery_min}
-        fields |= self.exprs(bounds | {"wait": role.wait})
+        fields |= self.exprs(bounds | {"wait": role.wait, "hand_over_at": role.hand_over_at})
         words = {"count": _how_many(role), "capabilities": ", ".join(sorted(role.capabilities))}
         words |= {"if_lost": role.if_lost if role.if_lost != "fail" else "", "away": "true" if role.away else ""}
         words["preempt"] = "" if role.preempt is None else str(role.preempt).lower()

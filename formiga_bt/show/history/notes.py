@@ -60,6 +60,8 @@ def _note(scene: _Scene, key: str, mem: m.Mem) -> str:
             return f"{child} {record.status}" if record is not None else child
         case m.WithMem("waits"):
             return "waits for its agents"
+        case m.WithMem("releases", anew=True):
+            return "hands over to other agents"
         case m.WithMem("releases"):
             return "gives its agents back"
         case m.LoopMem():

@@ -57,6 +57,8 @@ def role_label(role: Role) -> tuple[StyledSpan, ...]:
         facts.append(f"waits {source(role.wait)}")
     if role.if_lost != "fail":
         facts.append(f"if lost: {role.if_lost}")
+    if role.hand_over_at:
+        facts.append(f"hands over at {source(role.hand_over_at)}")
     if role.away:
         facts.append("may be away")
     if role.preempt is not None:

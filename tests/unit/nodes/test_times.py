@@ -18,4 +18,4 @@ KINDS = sorted(
 def test_a_kind_that_sets_deadlines_says_so(kind: type[Node]) -> None:
     own = "".join(inspect.getsource(one) for one in kind.__mro__ if one in KINDS)
     assert kind.times == ("run.set_deadline(" in own)
-    assert kind.watches == ("run.watch(" in own or "run.watch_event(" in own)
+    assert kind.watches == any(f"run.watch{word}(" in own for word in ("", "_event", "_agents"))

@@ -60,7 +60,7 @@ from formiga_bt.lang.model import (
     WithResource,
 )
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import bare, orders
+from formiga_bt.lang.walk import bare, hands_over, orders
 
 _MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents, WithResource)
 
@@ -398,6 +398,14 @@ class Interpreter(Doing):
         if self.breaks:
             self.breaks.append(None)
         ends = self._steps(step.steps, {**sky, **own}, here)
+        inside = join(join(ends.success, {**sky, **own}), ends.midway) or {}
+        if hands_over(step):
+            again = self._steps(step.steps, {**inside, **own}, replace(here, lenient=True))
+            ends = Outcomes(
+                join(ends.success, again.success), join(ends.failure, again.failure), ends.skipped, ends.midway
+            )
+        if any(role.if_lost == "fail_block" for role in step.roles.values()):
+            ends = replace(ends, failure=join(ends.failure, failing(inside, step.mark, here)))
         broke = self.breaks.pop() if self.breaks else None
         if not here.silent:
             done = join(join(ends.success, ends.skipped), broke)

@@ -30,7 +30,7 @@ from formiga_bt.lang.model import (
     WithResource,
 )
 from formiga_bt.lang.text.reading import Problems
-from formiga_bt.lang.walk import commands, plain_name
+from formiga_bt.lang.walk import begins_anew, commands, plain_name
 
 _ABOVE: Final = re.compile(r"(?:above|at_height|ground)\(\s*([^,()]+|(?:above|at_height|ground)\(.*\))\s*(?:,.*)?\)")
 _NAME: Final = re.compile(r"([A-Za-z_]\w*)((?:\.[A-Za-z_]\w*)*)")
@@ -60,7 +60,7 @@ class _Landings:
     ) -> None:
         """Follow steps that run one after another; `last` is changed, `names` says what params stand for."""
         for step in steps:
-            sure = step.when is None and step.retry is None and not step.ignore_failure
+            sure = step.when is None and not begins_anew(step) and not step.ignore_failure
             inner = last if sure else dict(last)
             match step:
                 case Do():
