@@ -15,6 +15,7 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.items import Items
 from formiga_bt.lang.checks.ranges import Ranges
+from formiga_bt.lang.checks.reasons import no_code
 from formiga_bt.lang.checks.repeats import bodies, parts_of
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
@@ -163,7 +164,7 @@ class _Foregone:
 
     def _node(self, node: ast.AST, parsed: Parsed, sure: Mapping[str, Mark]) -> tuple[str, str] | None:
         if isinstance(node, ast.Compare):
-            return self._far(node, parsed) or _just_now(node, parsed)
+            return self._far(node, parsed) or _just_now(node, parsed) or _no_code(node, parsed)
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             return None
         name = parsed.token(node.func.id).text
@@ -193,6 +194,19 @@ class _Foregone:
                 where = f"this site is {reach} across" if self.is_site else f"nothing flies farther than {reach}"
                 return f"no distance is ever {token.text}: {where}", "m or km?"
         return None
+
+
+def _no_code(node: ast.Compare, parsed: Parsed) -> tuple[str, str] | None:
+    """Return what is wrong with a reason code that is compared with a word that is none."""
+    sides = [node.left, *node.comparators]
+    if not any(parsed.text(one) == "error.code" for one in sides):
+        return None
+    words = [parsed.token(one.id) for side in sides for one in ast.walk(side) if isinstance(one, ast.Name)]
+    for word in words:
+        help_ = no_code(str(word.value)) if word.kind == "text" else ""
+        if help_:
+            return f"no failure has the code '{word.value}'", help_
+    return None
 
 
 def _just_now(node: ast.Compare, parsed: Parsed) -> tuple[str, str] | None:

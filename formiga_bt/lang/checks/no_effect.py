@@ -12,6 +12,7 @@ from msgspec import Struct
 
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.busy_loops import waits
+from formiga_bt.lang.checks.reasons import never_ends_with
 from formiga_bt.lang.model import Expr, Loop, Retry, Sequence, Set, Step, Task, Wait, WithAgents
 from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import all_steps, children, steps_once
@@ -82,16 +83,19 @@ def _check_retry(step: Step, retry: Retry, bound: _Bound | None, problems: Probl
     if retry.attempts.is_const and retry.attempts.const == 1 and retry.attempt_timeout is None:
         what = "attempts counts the first one: with 1 nothing is retried"
         problems.add("W100", retry.attempts.mark, what, "such as: attempts: 3; or take retry away")
-    _check_codes(retry, problems)
+    _check_codes(step, retry, problems)
 
 
-def _check_codes(retry: Retry, problems: Problems) -> None:
+def _check_codes(step: Step, retry: Retry, problems: Problems) -> None:
     """Report codes that are named in `on`, and after which nothing is ever tried again."""
     alone = _BY_ANOTHER if retry.agent == "same" else ()
     for code in retry.on:
         if code in _NEVER or code in alone:
             fix = "'agent: another' lets another machine do it" if code in alone else "a fallback can go on after it"
             problems.add("W100", retry.mark, f"after '{code}' the same is never tried again", fix)
+        elif never_ends_with((step,), code):
+            what = f"nothing here ends with '{code}', so after it nothing is tried again"
+            problems.add("W100", retry.mark, what, "name a code of a step that this retry is round")
 
 
 def _narrower(expr: Expr | None, key: str, bound: _Bound | None, who: str, problems: Problems) -> _Bound | None:

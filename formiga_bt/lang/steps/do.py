@@ -12,7 +12,7 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.naming import an_order
-from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, check_ceiling, most_height, note_height
+from formiga_bt.lang.steps.heights import check_ceiling, most_of, note_height
 from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.tracking import read_track
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, named_first, read_held, read_who
@@ -136,10 +136,11 @@ def _check_field_range(body: Body, expr: Expr, field: FieldSpec, spec: ActionSpe
         return
     shown = format_quantity(field.type.name, float(expr.const))
     limit, whose, help_ = field.max, spec.name, ""
-    if field.name == spec.height:
-        most, who = most_height(body, role)
+    name = {spec.height: "max_height", spec.speed: "max_speed"}.get(field.name, "")
+    if name:
+        most, who = most_of(body, role, name)
         if limit is None or most <= limit:
-            limit, whose, help_ = most, who, ENVELOPE_SAYS
+            limit, whose, help_ = most, who, f"this is {name} of the envelope"
     if limit is not None and expr.const > limit:
         most_shown = format_quantity(field.type.name, limit)
         what = f"{field.name} {shown} is above the limit of {most_shown} for {whose}"

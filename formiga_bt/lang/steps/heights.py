@@ -49,11 +49,16 @@ def check_called_heights(body: Body, args: Mapping[str, Expr], callee: Callee) -
 
 def most_height(body: Body, role: str) -> tuple[float, str]:
     """Return the greatest height over the ground that a role may fly at, metres, and who says so; inf = nobody."""
+    return most_of(body, role, "max_height")
+
+
+def most_of(body: Body, role: str, limit: str) -> tuple[float, str]:
+    """Return the strictest value of a limit of the envelope for a role, in SI, and who says so; inf = nobody."""
     site = body.world.site.envelope if body.world.site is not None else {}
     types = body.world.catalogue.types
     known = [types[name] for name in body.agents.get(role, ()) if name in types]
-    limits = [ceiling("max_height", one, site, body.tightened) for one in known]
-    return min(limits, key=lambda limit: limit[0], default=(math.inf, ""))
+    limits = [ceiling(limit, one, site, body.tightened) for one in known]
+    return min(limits, key=lambda one: one[0], default=(math.inf, ""))
 
 
 def check_ceiling(body: Body, expr: Expr, node: Node, role: str) -> None:
