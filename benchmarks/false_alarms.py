@@ -55,9 +55,10 @@ PART: Final = """\
 {mark}
 ## Good tasks that the checker blames
 
-Of {number} good tasks, drawn from seed {seed} on, {said}: `python benchmarks/false_alarms.py --checked --tasks 2000`
-writes this part. The tasks (`tests/property/sound_rich.py`) have races, forms, retries of some failures, loops over lists that
-grow, records, failures that carry values, resources, rates, windows of the day, targets that move, and each older kind of step.
+Of {number} good tasks, drawn from seed {seed} on, {said}.
+`python benchmarks/false_alarms.py --checked --tasks 2000` writes this part. The tasks (`tests/property/sound_rich.py`) have
+races, forms, retries of some failures, loops over lists that grow, records, failures that carry values, resources, rates,
+windows of the day, targets that move, and each older kind of step.
 That they are good is seen when some of them are run (`--rich` without `--checked`).
 """
 LIMIT_S: Final = 8 * 3600.0

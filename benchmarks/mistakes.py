@@ -42,6 +42,7 @@ of another author would.
 |---|---:|---:|---:|---:|
 {now}
 
+The second count is of mistakes that have been looked at since: checks were written for what some of them have in common.
 Of those that the checker found, {only} were told only by a word about something that is unused now (W060), which leads there by
 chance.
 
