@@ -23,6 +23,7 @@ from formiga_bt.lang.kinds import (
     ROLE,
     SUBTREE,
     TASK,
+    VAR,
     Option,
     StepKind,
 )
@@ -87,7 +88,7 @@ class Slot:
         return kind_of(self.step)
 
 
-_VARS: Final = FreeMapping("vars", OptionValue(names="vars"))
+_VARS: Final = FreeMapping("vars", OptionMapping("var", VAR))
 _PARAMS: Final = FreeMapping("params", OptionMapping("param", PARAM))
 _ROLES: Final = FreeMapping("agents", OptionMapping("role", ROLE))
 _SUBTREES: Final = FreeMapping("subtrees", OptionMapping("subtree", SUBTREE))
@@ -114,6 +115,7 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("step", "form"): FreeMapping("form", OptionMapping("field", FORM)),
         ("param", "type"): _LIST_TYPE,
         ("field", "type"): _LIST_TYPE,
+        ("var", "type"): _LIST_TYPE,
         ("action", "fields"): FreeMapping("fields", OptionMapping("field", FIELD)),
         ("action", "result"): FreeMapping("fields", OptionMapping("field", FIELD)),
         ("site", "base"): OptionMapping("base", site.BASE),
@@ -260,6 +262,8 @@ def scalar_behind(schema: Schema | None) -> Schema | None:
     """Return what a scalar is that stands where a mapping may: a param in its short form is its type."""
     if isinstance(schema, OptionMapping) and schema.owner in ("param", "field"):
         return OptionValue(next(option for option in schema.options if option.name == "type"))
+    if isinstance(schema, OptionMapping) and schema.owner == "var":
+        return OptionValue(names="vars")
     if schema is _LIST_TYPE:
         return OptionValue(_TYPE)
     return schema

@@ -103,7 +103,7 @@ def test_each_key_is_offered_where_it_stands(path: Path) -> None:
     free = ("params", "vars", "agents", "subtrees", "for", "with_agents")
     for keys, at, slot in scalars(root):
         parent = keys[-2] if len(keys) > 1 else ""
-        own = parent in free or "records" in keys[-3:-1]  # names of the author's own
+        own = parent in free or "records" in keys[-3:-1] or "set" in keys[-3:-2]  # names of the author's own
         if slot == "key" and not own:
             found = complete(project, document, at.mark.line - 1, at.mark.col)
             assert at.text in [item.label for item in found], (at.mark, keys)
