@@ -116,6 +116,11 @@ def a_refusal_after_a_wait_wakes_nobody(patch: Patch) -> None:
     patch.setattr(Gatekeeper, "_wake", lambda *_: None)
 
 
+def machines_step_aside_into_a_resource(patch: Patch) -> None:
+    """Who makes room for others drives anywhere, also where its task may not go."""
+    patch.setattr(routing, "_resources_on", lambda _: {})
+
+
 def a_return_on_the_ground_is_held_for_ever(patch: Patch) -> None:
     """After a long outage an order of the engine is HELD on a machine that drives, and no person can continue it."""
 
@@ -140,6 +145,7 @@ GROUND_PLANTS: Final[tuple[tuple[Callable[[Patch], None], int, str], ...]] = (
     (the_speed_of_an_edge_is_not_kept, 60_000, "speed"),
     (a_low_charge_is_let_pass, 60_027, "charge"),
     (a_refusal_after_a_wait_wakes_nobody, 60_000, "wait"),
+    (machines_step_aside_into_a_resource, 60_167, "rest"),
     (a_return_on_the_ground_is_held_for_ever, 60_136, "rest"),
 )
 """How each is planted, a seed that shows it, and the rule that is found broken then."""
