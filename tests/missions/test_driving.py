@@ -109,7 +109,7 @@ def test_it_enters_no_region_and_leaves_no_fence(made: tuple[Site, Catalogue], t
 
 
 def test_no_goal_is_faster_than_max_speed(made: tuple[Site, Catalogue]) -> None:
-    rig = bench(made, more=", speed: 3 m/s")
+    rig = bench(made, more=', speed: "${3 m/s + distance(base, to) / 1000 s}"')
     rover = rig.agent("rover_1", "rover")
 
     assert rig.task(drive(rig)).outcome.code == "envelope.max_speed"
