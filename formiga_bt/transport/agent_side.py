@@ -109,6 +109,10 @@ class AgentSide:
         self._epoch = 0
         self._ignored_epoch = 0
         self._beat = 0
+        self._paced: tuple[Micros, int] | None = None
+        """A beat that was current, and when by the local clock: later beats are counted from there."""
+        self._late: tuple[Micros, int] | None = None
+        """The first of the beats that came later than they must have been sent."""
         self._far_beat: int | None = None
         """A beat that was too far ahead to be believed: the next one that follows on it confirms it."""
         self._clock: tuple[Micros, ClockBeat] | None = None
@@ -288,7 +292,7 @@ class AgentSide:
             if not self._believes_epoch(update.epoch):
                 return "epoch_far"
             self._begin_epoch(update.epoch, update.beat)
-        if self._beat + self._unheard_beats() > update.beat + update.ttl_beats:
+        if self._beat_by_now() > update.beat + update.ttl_beats:
             return "goal_expired"
         if record is None:
             return "unknown_goal"
@@ -322,6 +326,7 @@ class AgentSide:
             return
         elif was_cut_off:
             self._report_events_again()
+        self._keep_pace(beat.beat)
         self._beat = max(self._beat, beat.beat)
         self._heard_at = self._now()
         self._clock = (self._heard_at, beat)
@@ -473,6 +478,7 @@ class AgentSide:
     def _begin_epoch(self, epoch: int, beat: int) -> None:
         """Another engine is there: it may not know what was told to the one before, or to nobody."""
         self._epoch, self._beat, self._far_beat = epoch, beat, None
+        self._paced = self._late = None
         self._report_events_again()
 
     def _report_events_again(self) -> None:
@@ -483,7 +489,7 @@ class AgentSide:
     def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:
         if request.agent != self.card.id:
             return "wrong_agent"
-        if self._beat + self._unheard_beats() > request.beat + request.ttl_beats:
+        if self._beat_by_now() > request.beat + request.ttl_beats:
             return "goal_expired"
         if request.action not in self.card.names:
             return "unknown_action"
@@ -491,10 +497,27 @@ class AgentSide:
             return "not_in_command"
         return "busy" if rivals and not request.safety else ""
 
-    def _unheard_beats(self) -> int:
-        if self._beat_us is None or self._clock is None or self._clock[1].epoch != self._epoch:
-            return 0
-        return (self._now() - self._clock[0]) // self._beat_us
+    def _beat_by_now(self) -> int:
+        """Return the beat that the engine must have reached: the newest heard, or more by the time that passed since."""
+        if self._beat_us is None or self._paced is None:
+            return self._beat
+        at, beat = self._paced
+        return max(self._beat, beat + (self._now() - at) // self._beat_us)
+
+    def _keep_pace(self, beat: int) -> None:
+        """Note when a beat was current. One that is late tells of no time: after a standstill the old ones are read first.
+
+        If beats stay late at the engine's own pace, it is the engine that stood still, and its count holds from then on.
+        """
+        if self._beat_us is None:
+            return
+        now, late = self._now(), self._late
+        if self._paced is None or beat >= self._beat_by_now():
+            self._paced, self._late = (now, beat), None
+        elif late is None or (beat - late[1]) * self._beat_us > 2 * (now - late[0]):
+            self._late = (now, beat)  # they come faster than the engine beats: from a queue
+        elif now - late[0] >= 2 * self._beat_us:
+            self._paced, self._late = (now, beat), None
 
     def _rivals(self, request: GoalRequest) -> tuple[str, ...]:
         """Return the running goals beside which this one cannot run."""

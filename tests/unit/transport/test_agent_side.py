@@ -243,6 +243,40 @@ def test_beats_that_must_have_passed_unheard_count_too() -> None:
     assert agent.goal("g2", beat=16, ttl_beats=10).state == "accepted"
 
 
+def test_beats_that_are_read_after_a_standstill_do_not_make_an_old_goal_young() -> None:
+    """What was sent while it stood still lies in its ears in the order of sending: beats, the goal, more beats."""
+    agent = Agent(beat_us=SECOND)
+    agent.clock(5)
+    agent.time += 60 * SECOND
+    for beat in (6, 7):
+        agent.clock(beat)
+    assert agent.goal("g1", beat=7, ttl_beats=10).code == "goal_expired"
+    for beat in range(8, 66):
+        agent.clock(beat)
+    assert agent.goal("g2", beat=65, ttl_beats=10).state == "accepted"
+
+
+def test_an_engine_that_stood_still_is_followed_again_after_two_seconds() -> None:
+    agent = Agent(beat_us=SECOND)
+    agent.clock(5)
+    agent.time += 60 * SECOND
+    agent.clock(6)
+    assert agent.goal("g1", beat=6, ttl_beats=10).code == "goal_expired"
+    for beat in (7, 8):
+        agent.time += SECOND
+        agent.clock(beat)
+    assert agent.goal("g2", beat=8, ttl_beats=10).state == "accepted"
+
+
+def test_beats_that_come_late_now_and_then_cost_no_goal() -> None:
+    agent = Agent(beat_us=SECOND)
+    for beat in range(5, 60):
+        agent.time = beat * SECOND + (beat * 7 % 5) * SECOND // 2
+        if beat % 4:
+            agent.clock(beat)
+        assert agent.goal(f"g{beat}", beat=beat, ttl_beats=10).code in ("", "busy")
+
+
 def test_engine_time_is_extrapolated_and_never_goes_back(agent: Agent) -> None:
     agent.time = 7
     assert agent.side.engine_now() == 7
