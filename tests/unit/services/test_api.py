@@ -284,7 +284,7 @@ def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start, w
         service.wire.gone("lwd_1")
         service.wait(lambda: service.get("/v1/agents")["agents"][0]["liveness"] == "SUSPECT")
         service.host.driver.ask(WallDue(LiveDue("lwd_1"), time.monotonic_ns() // 1000 + 3600 * SECOND))
-        assert service.get("/v1/agents")["agents"][0]["liveness"] == "LOST"
+        service.wait(lambda: service.get("/v1/agents")["agents"][0]["liveness"] == "LOST")
 
         wording(service.post(path, word)["text"])
         (found,) = [one for one in service.get("/v1/agents")["agents"] if one["id"] == "lwd_1"]
