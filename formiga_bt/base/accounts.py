@@ -21,7 +21,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.durable import write_durably
 from formiga_bt.base.errors import SiteError
-from formiga_bt.base.private_files import NoUse, read_private
+from formiga_bt.base.private_files import PrivateFileError, read_private
 from formiga_bt.base.roles import Role
 
 ACCOUNTS: Final = "accounts.json"
@@ -100,7 +100,7 @@ def read_register(folder: Path) -> Register:
     try:
         found = read_private(file, MOST_BYTES)
         return msgspec.json.decode(found, type=Register) if found is not None else Register()
-    except (NoUse, msgspec.DecodeError) as error:
+    except (PrivateFileError, msgspec.DecodeError) as error:
         raise _unusable(file, str(error)) from error
 
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from formiga_bt.base.durable import move_aside, write_durably
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
-from formiga_bt.base.private_files import NoUse, read_private
+from formiga_bt.base.private_files import PrivateFileError, read_private
 
 SECRETS: Final = "secrets.json"
 SHORTEST, LONGEST = 12, 200
@@ -88,7 +88,7 @@ def read_secrets(folder: Path) -> dict[str, Hashed]:
     try:
         found = read_private(file, MOST_BYTES)
         return _understood(json.loads(found)) if found is not None else {}
-    except NoUse as error:
+    except PrivateFileError as error:
         raise _unusable(file, str(error)) from error
     except (ValueError, TypeError, KeyError, RecursionError):
         raise _unusable(file, "it cannot be understood") from None

@@ -10,7 +10,7 @@ from pathlib import Path
 from formiga_bt.base.errors import SiteError
 
 
-class NoUse(Exception):  # noqa: N818 - who reads says what follows
+class PrivateFileError(Exception):
     """A file cannot be used; the text says why."""
 
 
@@ -18,24 +18,24 @@ def read_private(file: Path, most_bytes: int) -> bytes | None:
     """Return what is in a file, or None if there is none. A pipe is not waited for.
 
     Raises:
-        NoUse: it is no file, too large, cannot be read, or a link to nowhere.
+        PrivateFileError: it is no file, too large, cannot be read, or a link to nowhere.
     """
     try:
         found = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         if not file.is_symlink():
             return None
-        raise NoUse("it is a link to nowhere") from None
+        raise PrivateFileError("it is a link to nowhere") from None
     except OSError as error:
-        raise NoUse(error.strerror or str(error)) from error
+        raise PrivateFileError(error.strerror or str(error)) from error
     try:
         with open(found, "rb") as opened:
             told = os.fstat(found)
             if not stat.S_ISREG(told.st_mode) or told.st_size > most_bytes:
-                raise NoUse("it is no file, or too large")
+                raise PrivateFileError("it is no file, or too large")
             return opened.read(most_bytes)
     except OSError as error:
-        raise NoUse(error.strerror or str(error)) from error
+        raise PrivateFileError(error.strerror or str(error)) from error
 
 
 @contextmanager

@@ -218,8 +218,11 @@ class Calls:
         if error.code == "http" and not self.address.pid:
             return self._stranger()
         if error.code == "unauthorized":
-            said = "refuses the token that was sent" if self.token else "wants its site's token"
-            hint = "FORMIGA_TOKEN=..., or --token-file FILE: a copy of `token` of the site's runtime folder"
+            said = "refuses the token that was sent" if self.token else "wants a token"
+            hint = (
+                "FORMIGA_TOKEN=..., or --token-file FILE: a token of your account (formiga access token NAME, said where the "
+                "engine runs), or a copy of `token` of the site's runtime folder"
+            )
             return ApiError("unauthorized", f"the engine at {self.address.url} {said}", help=hint, status=answer.status)
         return error
 

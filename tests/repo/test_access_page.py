@@ -1,15 +1,42 @@
-"""The table of docs/access.md is the table by which the engine lets in.
+"""The table of docs/access.md is the table by which the engine lets in, and its commands work.
 
 `pytest tests/repo/test_access_page.py --update-golden` rewrites it; read the difference.
 """
 
 import re
+import shlex
 from pathlib import Path
 
+import pytest
+
+from formiga_bt.base.accounts import read_register
 from formiga_bt.base.roles import MAY, Deed, Role, roles_that_may
+from formiga_bt.cli.app import run
+from formiga_bt.cli.author.starts import start
 from tests.golden import Wording
 
 PAGE = Path(__file__).parents[2] / "docs" / "access.md"
+
+
+COMMAND = re.compile(r"^formiga (access .*?)(?:\s+#.*)?$", re.MULTILINE)
+
+
+def test_the_commands_of_the_page_do_as_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "site.yaml").write_text(start("site").replace("@site", "meadow"), encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
+    first = COMMAND.findall(text)
+    assert len(first) == 5
+    rows = re.findall(r"^\| `formiga (access \w+ [^`]*|access audit)`", text, re.MULTILINE)
+    assert len(rows) == 6
+    for command in [*first, *(row for row in rows if "revoke" not in row)]:
+        assert run(shlex.split(command)) == 0, command
+    folder = tmp_path / ".formiga" / "meadow"
+    (token,) = read_register(folder).tokens
+    assert run(["access", "revoke", token.id]) == 0
+    assert {name: [*one.roles] for name, one in read_register(folder).accounts.items()} == {
+        "ann": ["operator", "pilot"], "shop": ["requester"], "pat": ["picker"],
+    }  # fmt: skip
 
 
 def table() -> str:

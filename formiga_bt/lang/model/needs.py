@@ -1,12 +1,16 @@
 """What a task or a subtree declares before its steps: its params, and the roles of agents that it needs."""
 
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from msgspec import Struct
 
 from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.types import Type
+
+IfLost = Literal["fail", "rebind", "fail_block"]
+"""What a lost agent of a role means."""
+IF_LOST: Final[tuple[IfLost, ...]] = ("fail", "rebind", "fail_block")
 
 
 class Param(Struct, frozen=True):
@@ -69,7 +73,7 @@ class Role(Struct, frozen=True, eq=False):
     capabilities: tuple[str, ...] = ()
     wait: Expr | None = None
     """How long to queue, seconds; None = as long as it takes, of a block 15 min."""
-    if_lost: Literal["fail", "rebind", "fail_block"] = "fail"
+    if_lost: IfLost = "fail"
     """`fail_block`, of a `with_agents` only: the block stops and fails, whatever its steps do."""
     hand_over_at: Expr | None = None
     """Of a `with_agents` only: at this charge, percent, the block gives its agents back and begins anew."""

@@ -15,6 +15,7 @@ from formiga_bt.lang.flow import NamedValue
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE, VAR
 from formiga_bt.lang.model import Expr, Role, Room, Some
+from formiga_bt.lang.model.needs import IF_LOST
 from formiga_bt.lang.naming import a_type
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types, read_details, written
@@ -249,7 +250,7 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_, *, block: bool) -> Rol
         battery_min=_admitted(body, keys, "battery_min", PERCENT),
         capabilities=tuple(keys.words("capabilities")),
         wait=_admitted(body, keys, "wait", DURATION),
-        if_lost=keys.word("if_lost") or "fail",  # type: ignore[arg-type]
+        if_lost=next((word for word in IF_LOST if word == keys.word("if_lost")), "fail"),
         hand_over_at=_read_hand_over(body, keys),
         away=keys.flag("away"),
         preempt=keys.flag("preempt") if "preempt" in keys else None,
