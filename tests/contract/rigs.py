@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import peer as scripted
 
-from formiga_bt.base.clock import SECOND, VirtualScheduler, micros
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler, micros
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.attachments import check_bytes
 from formiga_bt.transport.base import AgentTransport, TellsSite
@@ -55,7 +55,8 @@ class Rig(ABC):
     def __init__(self) -> None:
         self.log: list[TransportEvent] = []
         self.sent: dict[str, GoalRequest] = {}
-        self.beat = 0
+        self._told: tuple[int, Micros] | None = None
+        """The newest beat that was told, and when."""
         self.epoch = 1
         self._names = itertools.count(1)
         self._goals = itertools.count(1)
@@ -92,6 +93,17 @@ class Rig(ABC):
         assert "Go" in seen.card.actions
         return boot_id
 
+    @abstractmethod
+    def now(self) -> Micros: ...
+
+    @property
+    def beat(self) -> int:
+        """The beat by now: an engine counts the seconds in which it told none, too, and so do its agents."""
+        if self._told is None:
+            return 0
+        beat, at = self._told
+        return beat + (self.now() - at) // SECOND
+
     # Talking.
 
     def goal(self, agent: str, goal_id: str = "", **more: Any) -> str:
@@ -112,14 +124,17 @@ class Rig(ABC):
         return message
 
     def clock(self, *, beats: int = 1) -> None:
-        self.beat += beats
+        told = self.beat + beats
+        self._told = (told, self.now())
         self.transport.publish_clock(
-            ClockBeat(wall_us=0, engine_us=self.beat * SECOND, speed=1.0, epoch=self.epoch, beat=self.beat)
+            ClockBeat(wall_us=0, engine_us=told * SECOND, speed=1.0, epoch=self.epoch, beat=told)
         )
 
     def clock_until_heard(self, agent: str, *, beats: int = 1) -> None:
         self.clock(beats=beats)
-        self.event(StatusArrived, lambda e: e.status.id == agent and e.status.beat >= self.beat)
+        assert self._told is not None
+        told, _ = self._told
+        self.event(StatusArrived, lambda e: e.status.id == agent and e.status.beat >= told)
 
     # Hearing.
 
@@ -237,6 +252,9 @@ class MemoryRig(Rig):
         self.hub.transport.keep_files(self.shelf)
         self.transport.open(lambda: None)
 
+    def now(self) -> Micros:
+        return self.time.now()
+
     def later(self, delay_s: float, call: Callable[[], None]) -> None:
         self.time.call_at(self.time.now() + micros(delay_s), call)
 
@@ -294,6 +312,9 @@ class ZenohRig(Rig):
         self.zenoh.keep_files(self.shelf)
         self.transport.open(self.woken.set)
         self.running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def now(self) -> Micros:
+        return time.monotonic_ns() // 1000
 
     def start(self, agent: str, boot_id: str) -> None:
         arguments = [self.site, self.zenoh.endpoint, "drone", agent, boot_id, str(LEASE_MS)]

@@ -163,9 +163,9 @@ def test_an_epoch_far_ahead_is_ignored_and_reported(rig: Rig) -> None:
 
 def test_an_expired_goal_is_refused(rig: Rig, peer: str) -> None:
     rig.clock_until_heard(peer, beats=20)
-    goal = rig.goal(peer, do="succeed", beat=rig.beat - 11, ttl_beats=10)
+    goal = rig.goal(peer, do="succeed", beat=rig.beat - 15, ttl_beats=10)
     assert rig.reported(goal, "rejected").code == "goal_expired"
-    rig.reported(rig.goal(peer, do="succeed", beat=rig.beat - 10, ttl_beats=10), "succeeded")
+    rig.reported(rig.goal(peer, do="succeed", beat=rig.beat - 10, ttl_beats=20), "succeeded")
 
 
 def test_an_update_changes_a_goal_that_runs_and_the_highest_number_wins(rig: Rig, peer: str) -> None:
@@ -190,7 +190,7 @@ def test_an_update_that_cannot_be_leaves_the_goal_as_it_is(rig: Rig) -> None:
     assert rig.update(agent, "Test-1/0/steps/none", 1, to="b").code == "unknown_goal"
     assert rig.update(agent, goal, 2, to="b", epoch=6).code == "epoch_old"
     rig.clock_until_heard(agent, beats=20)
-    assert rig.update(agent, goal, 3, to="b", beat=rig.beat - 11, ttl_beats=10).code == "goal_expired"
+    assert rig.update(agent, goal, 3, to="b", beat=rig.beat - 15, ttl_beats=10).code == "goal_expired"
     assert rig.query(agent, goal).goals[0].state == "accepted"
     rig.transport.cancel_goal(agent, goal)
     rig.reported(goal, "canceled")
