@@ -72,8 +72,8 @@ those that the checker refuses or warns about.
 ## Trees that no check was tuned on
 
 The checks were written while looking at the faults above that slipped through, so that figure says too how well they fit
-those. None was fitted to faults of these trees of the [cookbook](cookbook.md), which only had to pass without a warning: the same
-faults with scenarios made in the same way, in
+those. None was fitted to faults of these trees of the [cookbook](cookbook.md), which only had to pass without a warning:
+the same faults with scenarios made in the same way, in
 {trees}.
 
 | | faults | found | share |
