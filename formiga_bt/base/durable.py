@@ -47,7 +47,7 @@ def append_line(file: Path, record: Mapping[str, Any]) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         is_new = not file.exists()
-        with open(file, "ab+", opener=_private) as lines:
+        with open(file, "ab+", opener=private) as lines:
             torn = lines.tell() > 0 and _last_byte(lines) != b"\n"
             text = json.dumps(dict(record), ensure_ascii=False)
             lines.write((b"\n" if torn else b"") + text.encode() + b"\n")
@@ -59,7 +59,8 @@ def append_line(file: Path, record: Mapping[str, Any]) -> None:
         raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
 
 
-def _private(name: str, flags: int) -> int:
+def private(name: str, flags: int) -> int:
+    """Open a file that is its owner's alone; an `opener` of `open`."""
     return os.open(name, flags, PRIVATE_FILE)
 
 
@@ -113,7 +114,7 @@ def _replace(file: Path, text: str, is_held: bool = False) -> IO[str]:
     beside = file.with_name(f".{file.name}.new")
     try:
         with ExitStack() as until_done:
-            new = until_done.enter_context(open(beside, "w", encoding="utf-8", opener=_private))
+            new = until_done.enter_context(open(beside, "w", encoding="utf-8", opener=private))
             os.fchmod(new.fileno(), PRIVATE_FILE)
             new.write(text)
             new.flush()

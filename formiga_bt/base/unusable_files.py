@@ -153,6 +153,16 @@ def set_unusable_aside(folder: Path) -> dict[str, str]:
     return found
 
 
+def unusable(folder: Path) -> dict[str, str]:
+    """Return what of a runtime folder cannot be used, and what follows, by name; nothing is changed."""
+    files = ((name, _wrong(folder / name, check), follows) for name, (check, follows) in FILES.items())
+    found = {name: f"{name} {why}: {follows}" for name, why, follows in files if why}
+    for name, follows in FOLDERS.items():
+        if (kind := _kind(folder / name)) not in ("", "folder"):
+            found[name] = f"{name} is a {kind}: {follows}"
+    return found
+
+
 def _aside(file: Path, why: str, follows: str) -> str:
     where = move_aside([file])
     assert where is not None, file

@@ -48,6 +48,7 @@ _TABLE = (
     ),
     Verb("demo", "integrator.demo", "See a small fleet work through missions in simulation."),
     Verb("up", "operator.up", "Start the engine of a site as a service."),
+    Verb("doctor", "operator.doctor", "Look a site and its machine over: what is wrong, and how to mend it."),
     Verb("run", "operator.run", "Request a task; with --follow, watch it to its end."),
     Verb("load", "operator.load", "Have the engine read new and changed task files."),
     Verb("watch", "operator.watch", "Watch all tasks and agents in the terminal; answer and stop by key."),

@@ -15,7 +15,7 @@ from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import Database, Durability, mapped, read_url, told
+from formiga_bt.journal.database import CHECK_BYTES, Database, Durability, mapped, read_url, told
 from formiga_bt.journal.records import BundleRow, Gap, KeptStep, Start
 from formiga_bt.journal.thin import TrackPoint, unpack
 
@@ -60,6 +60,15 @@ class Readable:
 
     def _reading(self) -> "_Reading":
         return _Reading(self.database)
+
+    def damage(self) -> str:
+        """Return what is wrong with an SQLite file; an empty text if nothing is, or if it is too large to be looked through."""
+        file = self.database.file
+        if file is None or self.number is None or file.stat().st_size > CHECK_BYTES:
+            return ""
+        with self._reading() as connection:
+            said = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar()
+        return "" if said == "ok" else str(said)
 
     def bundles(self) -> list[BundleRow]:
         """Return all bundles of the site, with their files."""

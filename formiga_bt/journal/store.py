@@ -25,7 +25,7 @@ from formiga_bt.base.errors import JournalError, SiteError
 from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import CHECK_BYTES, OWN_S, Database, Durability, Prepared, mapped, told, writing
+from formiga_bt.journal.database import OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.files import Identity
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, KeptStep, Start, StepRow
@@ -172,15 +172,9 @@ class Journal(Readable):
         )
 
     def _check_after_crash(self) -> None:
-        file = self.database.file
-        if file is None or self.number is None or file.stat().st_size > CHECK_BYTES:
-            return
         last = self.starts()[-1:]
-        if last and last[0].ended is None:
-            with self._reading() as connection:
-                said = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar()
-            if said != "ok":
-                raise JournalError(f"the journal {self.where} is damaged: {said}", help=f"{codec.RESTORE}")
+        if last and last[0].ended is None and (said := self.damage()):
+            raise JournalError(f"the journal {self.where} is damaged: {said}", help=f"{codec.RESTORE}")
 
     def _writer(self) -> Connection:
         assert self._write is not None, "take() the site first"

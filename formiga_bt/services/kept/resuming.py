@@ -24,6 +24,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND, Micros, passed_us
+from formiga_bt.base.durable import PRIVATE_FILE, private
 from formiga_bt.base.errors import SiteError
 from formiga_bt.base.site_folder import write_durably
 from formiga_bt.engine.kernel import changes as ch
@@ -119,7 +120,8 @@ class Pulse:
         kept = state.counters.get(JOURNAL, 0) < LEVELS["full"]
         sign = Sign(time.time_ns() // 1000, self._now(), self._speed(), state.seq, kept, self._written())
         beside = self._file.with_name(f".{self._file.name}.new")
-        beside.write_bytes(msgspec.json.encode(sign))
+        with open(beside, "wb", opener=private) as new:
+            new.write(msgspec.json.encode(sign))
         beside.replace(self._file)
 
 
@@ -153,7 +155,7 @@ class Blame:
         """A task is about to be rebuilt, or (empty) none is any more."""
         with suppress(OSError):
             if self._open is None:
-                self._open = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+                self._open = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, PRIVATE_FILE)
             text = json.dumps({"tries": self.tries, "now": task}).encode()
             os.pwrite(
                 self._open, text.ljust(self._length), 0

@@ -1,0 +1,204 @@
+"""`formiga doctor`: what is wrong with a site is found and named, and no check keeps the others waiting."""
+
+import json
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from formiga_bt.base.clock_sync import ClockSync, clock_sync
+from formiga_bt.base.site_folder import EngineAddress
+from formiga_bt.cli.app import run
+from formiga_bt.cli.author.starts import start
+from formiga_bt.cli.operator.checkup import engine, machine
+from formiga_bt.cli.operator.checkup.finding import Check, Finding, Patient, run_checks, worst
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.journal.store import Journal
+
+Found = list[dict[str, Any]]
+
+
+@pytest.fixture
+def doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Look a site over; return the exit code and what is wrong. Its port is free, and the clock is said to be right."""
+    text = start("site").replace("@site", "meadow").replace(":7447", ":0")
+    (tmp_path / "site.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(machine, "clock_sync", lambda: ClockSync(True, 0.02))
+
+    def look(*words: str) -> tuple[int, Found]:
+        code = run(["doctor", "--http", "127.0.0.1:0", "--json", *words])
+        told = json.loads(capsys.readouterr().out)
+        wrong = [one for one in told["findings"] if one["level"] != "ok"]
+        assert told["worst"] == max((one["level"] for one in told["findings"]), key=("ok", "warn", "fail").index)
+        return code, wrong
+
+    return look
+
+
+@pytest.fixture
+def runtime(tmp_path: Path) -> Path:
+    """The runtime folder of a site that ran, and was ended cleanly."""
+    folder = tmp_path / ".formiga" / "meadow"
+    folder.mkdir(parents=True, mode=0o700)
+    with Journal(folder / "journal.db", "meadow") as journal:
+        journal.take()
+        journal.begin(EngineState(), wall=5_000_000)
+        journal.end(6_000_000)
+    (folder / "epoch").write_text("1\n")
+    (folder / "token").write_text("x" * 20)
+    (folder / "token").chmod(0o600)
+    return folder
+
+
+def test_a_sound_site_is_sound_before_and_after_it_ran(doctor: Callable[..., Any], tmp_path: Path) -> None:
+    assert doctor("--strict") == (0, [])
+    assert not (tmp_path / ".formiga").exists(), "looking changes nothing"
+
+
+def test_a_site_that_ran_is_sound(doctor: Callable[..., Any], runtime: Path) -> None:
+    before = sorted(one.name for one in runtime.iterdir())
+    assert doctor("--strict") == (0, [])
+    assert sorted(one.name for one in runtime.iterdir()) == before
+
+
+def open_token(folder: Path) -> None:
+    (folder / "token").chmod(0o640)
+
+
+def open_folder(folder: Path) -> None:
+    folder.chmod(0o755)
+
+
+def broken_marks(folder: Path) -> None:
+    (folder / "marks.json").write_text("{")
+
+
+def no_journal(folder: Path) -> None:
+    (folder / "journal.db").unlink()
+
+
+def damaged_journal(folder: Path) -> None:
+    os.truncate(folder / "journal.db", 9000)
+
+
+def another_journal(folder: Path) -> None:
+    (folder / "journal.db").unlink()
+    with Journal(folder / "journal.db", "harbour") as journal:
+        journal.take()
+
+
+def tree_with_an_error(folder: Path) -> None:
+    trees = folder.parents[1] / "trees"
+    trees.mkdir()
+    (trees / "a.yaml").write_text("formiga: 1\ntask: A\nsteps: [{do: drone.Fly}]\n")
+
+
+def site_with_an_error(folder: Path) -> None:
+    site = folder.parents[1] / "site.yaml"
+    site.write_text(site.read_text() + "spped: 3\n")
+
+
+def no_site(folder: Path) -> None:
+    (folder.parents[1] / "site.yaml").unlink()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "check", "level", "where"),
+    [
+        (open_token, "files", "fail", "token"),
+        (open_folder, "files", "fail", "meadow"),
+        (broken_marks, "files", "fail", "marks.json"),
+        (no_journal, "journal", "fail", "meadow"),
+        (damaged_journal, "journal", "fail", "journal.db"),
+        (another_journal, "journal", "fail", "journal.db"),
+        (tree_with_an_error, "tasks", "warn", "trees/a.yaml"),
+        (site_with_an_error, "site", "fail", "site.yaml"),
+        (no_site, "site", "fail", "site.yaml"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_place_and_what_mends_it(
+    spoil: Callable[[Path], None], check: str, level: str, where: str, doctor: Callable[..., Any], runtime: Path
+) -> None:
+    spoil(runtime)
+    code, found = doctor()
+    assert {(one["check"], one["level"]) for one in found} == {(check, level)}
+    assert where in found[0]["where"]
+    assert all(one["fix"] for one in found)
+    assert code == (level == "fail")
+    assert doctor("--strict")[0] == 1
+
+
+def test_a_port_that_is_held_names_its_holder(doctor: Callable[..., Any]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as held:
+        code, (found,) = doctor("--http", f"127.0.0.1:{held.getsockname()[1]}")
+    assert (code, found["check"]) == (1, "ports")
+    assert f"process {os.getpid()}," in found["what"]
+
+
+def test_a_clock_that_nobody_keeps_right_is_told(doctor: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    for told in (ClockSync(False, 0.0), ClockSync(True, 3.5), None):
+        monkeypatch.setattr(machine, "clock_sync", lambda told=told: told)
+        code, (found,) = doctor()
+        assert (code, found["check"], found["level"]) == (0, "clock", "warn")
+
+
+def test_the_kernel_says_how_its_clock_is() -> None:
+    told = clock_sync()
+    assert told is not None
+    assert told.most_off_s >= 0
+
+
+def test_a_full_disk_and_a_slow_one_are_told(doctor: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    real = os.statvfs(".")
+    monkeypatch.setattr(os, "statvfs", lambda _: os.statvfs_result([*real[:4], 10, *real[5:]]))
+    monkeypatch.setattr(machine, "SLOW_S", 0.0)
+    code, found = doctor()
+    assert (code, [(one["check"], one["level"]) for one in found]) == (1, [("disk", "fail"), ("disk", "warn")])
+
+
+def test_a_library_that_is_too_old_or_missing_is_told(
+    doctor: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needed = ["msgspec>=999", "no-such-library>=1", "no-such-extra>=1; extra == 'x'"]
+    monkeypatch.setattr(machine.metadata, "requires", lambda _: needed)
+    code, found = doctor()
+    assert code == 1
+    assert [one["what"].partition(" ")[0] for one in found] == ["msgspec>=999", "no-such-library>=1"]
+
+
+PATIENT = Patient(Path("site.yaml"), "127.0.0.1:0", Path("nowhere"))
+
+
+def test_a_check_that_hangs_and_one_with_a_bug_hide_nothing() -> None:
+    released = threading.Event()
+
+    def hangs(_: Patient) -> list[Finding]:
+        released.wait(60)
+        return []
+
+    def has_a_bug(_: Patient) -> list[Finding]:
+        return [Finding("ok", str(1 // 0))]
+
+    checks = [Check("a", "a disk", hangs), Check("b", "b", has_a_bug), Check("c", "c", lambda _: [])]
+    begun = time.monotonic()
+    found = run_checks(checks, PATIENT, given_s=0.2)
+    assert time.monotonic() - begun < 5
+    assert [(one.check, one.finding.level) for one in found] == [("a", "fail"), ("b", "warn"), ("c", "ok")]
+    assert worst(found) == "fail"
+    released.set()
+
+
+def test_an_engine_that_says_nothing_is_told_in_time() -> None:
+    """Its process is stopped, or stands still: connections come in, and no answer goes out."""
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        address = EngineAddress("meadow", os.getpid(), 3, f"http://127.0.0.1:{mute.getsockname()[1]}", "")
+        checks = [Check("engine", "the engine, if it runs", engine.health)]
+        (found,) = run_checks(checks, replace(PATIENT, engine=address), given_s=0.3)
+    assert found.finding.level == "fail"
