@@ -40,6 +40,8 @@ class Deed(StrEnum):
     CONTINUE = "let machines and tasks go on"
     LOCKDOWN = "press lockdown"
     RELEASE = "release lockdown"
+    ASSIGN = "give agents to tasks by hand, and take them back"
+    PRIORITY = "say which of the tasks that wait goes first"
     CLEAR = "take back a machine that somebody looked at"
     RULES = "start or dismiss what a rule asks about"
     LOAD_SIMULATED = "load tasks into an engine in mode simulation"
@@ -73,6 +75,8 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
             Deed.CONTINUE,
             Deed.LOCKDOWN,
             Deed.RELEASE,
+            Deed.ASSIGN,
+            Deed.PRIORITY,
             Deed.CLEAR,
             Deed.RULES,
             Deed.LOAD_SIMULATED,

@@ -187,6 +187,23 @@ class Client(Calls):
         """End a task; return what happens now. `how`: now (no cleanup), or abandon, which must be confirmed."""
         return self._said(f"/v1/tasks/{segment(task_id)}/abort", {"how": how, "confirmed": confirmed, "by": by})
 
+    def assign(self, task_id: str, agent: str, role: str = "", *, by: str = "") -> "f.AssignedFact":
+        """Give an agent to a task that waits for agents; `role`: needed if it could take several."""
+        return self._assigned(f"/v1/tasks/{segment(task_id)}/assign", {"agent": agent, "role": role, "by": by})
+
+    def unassign(self, agent: str, *, by: str = "") -> "f.AssignedFact":
+        """Take an agent back from its task."""
+        return self._assigned(f"/v1/agents/{segment(agent)}/unassign", {"by": by})
+
+    def _assigned(self, path: str, body: Mapping[str, str]) -> "f.AssignedFact":
+        from formiga_bt.show.facts import AssignedFact
+
+        return self.post(AssignedFact, path, body)
+
+    def prioritize(self, task_id: str, priority: str, *, first: bool = False, by: str = "") -> str:
+        """Give a task that waits another priority (low, medium, high), or the first place in it; return what happened."""
+        return self._said(f"/v1/tasks/{segment(task_id)}/priority", {"priority": priority, "first": first, "by": by})
+
     def rules(self) -> "f.RuleList":
         """Return the standing rules of the site."""
         from formiga_bt.show.facts import RuleList

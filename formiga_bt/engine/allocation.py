@@ -234,6 +234,12 @@ class Allocation:
                 due = HopelessDue(request.holder, request.node)
                 core.set_deadline(due, request.at + KNOWN_AFTER_US, request.holder)
 
+    def candidate(self, agent_id: str) -> Candidate:
+        """Return an agent that is known as it is seen now."""
+        found = self._candidates().find(agent_id)
+        assert found is not None, f"{agent_id} is known, and no candidate was made of it"
+        return found
+
     def _candidates(self) -> Roster:
         """Return all agents; only those that changed since the last look are seen anew."""
         core = self._core

@@ -15,6 +15,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocation import Allocation
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
+from formiga_bt.engine.by_hand import ByHand
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals.goals import Goals
@@ -106,6 +107,7 @@ class Engine:
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
         self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, policy)
+        self.by_hand = ByHand(core, self.tasks, self.orders, self.authority, self.allocation)
         self.rules = StandingRules(core, self.intake, refuse_if_full)
         rescue = Rescue(core, self.goals, self.people, self.runs, self.tasks)
         self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, rescue, self.rules)
@@ -214,6 +216,10 @@ class Engine:
             case inp.Operator():
                 refuse_if_full(self.core, given)
                 self.command.give(given)
+                return Done()
+            case inp.Assign() | inp.Unassign() | inp.Prioritize():
+                refuse_if_full(self.core, given)
+                self.by_hand.take(given)
                 return Done()
             case inp.RuleOrder():
                 refuse_if_full(self.core, given)
@@ -340,6 +346,7 @@ class Engine:
                 self.fleet.on_taken_over(goal)
             case nw.Leaves(agent):
                 self.orders.forget(agent)
+                self.by_hand.forget(agent)
             case nw.Left(task, agent):
                 self.tasks.on_agent_left(task, agent)
             case nw.Idle(agent):

@@ -48,6 +48,12 @@ HINTS: Final[Mapping[str, str]] = {
     "journal_full": "make room on the journal's disk: formiga journal stats shows where it is; stops, abort and lockdown work",
     "rebooted": "look at the machine, then: formiga agents clear it, and say it again",
     "cut": "look at the machine; nothing takes a cut back",
+    "which_role": "formiga assign {target} AGENT --role ROLE",
+    "unknown_role": "formiga assign {target} AGENT --role ROLE",
+    "needs_nobody": "formiga why {target} tells what it does",
+    "not_assigned": "formiga agents shows who has which task",
+    "cannot_begin_anew": "let it end, or end it: formiga abort TASK",
+    "already_started": "formiga tasks --status PENDING lists those that wait",
 }
 """What helps against a refusal of the engine; `{target}`: what the order was for."""
 

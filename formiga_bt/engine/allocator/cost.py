@@ -23,6 +23,9 @@ from formiga_bt.engine.kernel.records import RoleRequest
 PREFERRED: Final = -1e6
 """Metres, of the preferred agent: it wins if it fits."""
 
+BY_HAND: Final = 10 * PREFERRED
+"""Metres, of an agent that a person gave to the role: it wins before all others."""
+
 UNREACHABLE: Final = 1e5
 """Metres, of a person who cannot be reached now: reachable ones come first."""
 
@@ -59,6 +62,8 @@ def far(agent: Candidate, role: RoleRequest, index: int) -> Cost:
         metres = mm(horizontal_m(agent.position, _place(role, index)))
     if role.prefer and agent.id == role.prefer:
         metres += PREFERRED
+    if agent.id in role.by_hand:
+        metres += BY_HAND
     if agent.shared and agent.liveness != "ALIVE":
         metres += UNREACHABLE
     return Cost(metres)

@@ -66,6 +66,10 @@ def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | N
         return "not_this_one", role.id
     if agent.id in role.but_not:
         return "failed_before", ""
+    if agent.id in role.taken_back:
+        return "taken_back", ""
+    if role.is_full_by_hand and agent.id not in role.by_hand:
+        return "by_hand", ", ".join(role.by_hand)
     missing = [action for action in role.actions if action not in agent.actions]
     if missing:
         return "no_action", missing[0]

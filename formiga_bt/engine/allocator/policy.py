@@ -20,7 +20,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.cost import CostOf, far, far_and_low, in_words
 from formiga_bt.engine.allocator.filters import refused_there
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, Verdict
 
 
 class Grant(Struct, frozen=True):
@@ -61,8 +61,10 @@ def _decide(requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
     machines = {agent.id: place for place, agent in enumerate(roster) if not agent.shared}
+    given = _given_by_hand(requests)
     for request in requests:
-        roles, seen = _serve(request, roster, taken, machines, cost_of)
+        away = {**_kept_from(request, given), **taken} if given else taken
+        roles, seen = _serve(request, roster, away, machines, cost_of)
         verdicts[request.task] = roster.shared(request.roles, seen)
         if roles is not None:
             grants.append(Grant(request.task, roles))
@@ -70,6 +72,23 @@ def _decide(requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_
         elif request.reserves:
             taken.update(_reserved(request, seen))
     return Decision(tuple(grants), verdicts)
+
+
+def _given_by_hand(requests: Sequence[AgentRequest]) -> dict[str, AgentRequest]:
+    """Return machine -> the request to which a person gave it."""
+    return {
+        agent: request for request in requests for role in request.roles if not role.shared for agent in role.by_hand
+    }
+
+
+def _kept_from(request: AgentRequest, given: Mapping[str, AgentRequest]) -> dict[str, str]:
+    """Return the machines that persons gave to others, which keep them from all but a more urgent request."""
+    rank = PRIORITIES[request.priority]
+    return {
+        agent: holder.task
+        for agent, holder in given.items()
+        if holder.task != request.task and PRIORITIES[holder.priority] <= rank
+    }
 
 
 def _reserved(request: AgentRequest, verdicts: Sequence[Verdict]) -> dict[str, str]:

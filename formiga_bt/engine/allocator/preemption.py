@@ -23,7 +23,7 @@ from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.policy import Decision
 from formiga_bt.engine.kernel.causes import ClearanceHold, kind_and_agent
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, RoleRequest, TaskRecord, Verdict
 from formiga_bt.lang.places import steps_around
 
 MOST_SETS: Final = 1000
@@ -94,12 +94,23 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
     mine = [a for a in agents if not a.shared and (a.task == task.id or a.id == lost)]
     if any(a.id in core.state.orders for a in mine if a.id != lost):
         return "ordered"
+    return _what_is_lost(core, task, mine)
+
+
+def what_is_lost(core: Core, task: TaskRecord) -> str:
+    """Return what would be lost if a task in its steps began anew: `spent`, `loaded` or `critical`, as above; "" = nothing."""
+    machines = [core.state.agents[agent_id] for agent_id in task.agents.granted]
+    return _what_is_lost(core, task, [a for a in machines if not a.shared and a.task == task.id])
+
+
+def _what_is_lost(core: Core, task: TaskRecord, machines: Sequence[AgentRecord]) -> str:
     if task.restart.spent or any(core.state.tasks[child].restart.spent for child in task.family.children):
         return "spent"
-    if any(a.payload_kg > 0 for a in mine):
+    if any(a.payload_kg > 0 for a in machines):
         return "loaded"
-    running = core.state.memory.get(task.id, {})
-    return "critical" if any(step.critical for key in running for step in steps_around(model, key)) else ""
+    model, running = core.library.of(task), core.state.memory.get(task.id, {})
+    critical = model is not None and any(step.critical for key in running for step in steps_around(model, key))
+    return "critical" if critical else ""
 
 
 # -- whom to ask -------------------------------------------------------------------------------------------------------

@@ -118,4 +118,8 @@ class Roster(list[Candidate]):
 
 def asked_by(role: RoleRequest) -> Asked:
     """Return what a role asks for, without its places and its count."""
-    return role.role, role.types, role.shared, role.id, role.battery_min, role.away, role.actions, role.but_not
+    only = role.by_hand if role.is_full_by_hand else ()
+    return (
+        role.role, role.types, role.shared, role.id, role.battery_min, role.away, role.actions, role.but_not,
+        role.taken_back, only,
+    )  # fmt: skip

@@ -83,6 +83,32 @@ class LockdownOrder(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class Assign(Struct, frozen=True, tag=True):
+    """A person gives an agent to a task that waits for agents."""
+
+    task: str
+    agent: str
+    role: str = ""
+    """"" = the only one that it fits."""
+    by: str = ""
+
+
+class Unassign(Struct, frozen=True, tag=True):
+    """A person takes an agent back from the task that has it, or for which it is kept."""
+
+    agent: str
+    by: str = ""
+
+
+class Prioritize(Struct, frozen=True, tag=True):
+    """A person gives a task that waits another priority; `first`: it is served before all others of that priority."""
+
+    task: str
+    priority: Priority
+    first: bool = False
+    by: str = ""
+
+
 class RuleOrder(Struct, frozen=True, tag=True):
     """A person's word on what waits for them: the task of a rule is started now, or what happened is dismissed."""
 
@@ -314,7 +340,7 @@ Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | Learn | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
-    | RuleOrder
+    | RuleOrder | Assign | Unassign | Prioritize
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -255,7 +255,7 @@ class Releasing(Struct, frozen=True, omit_defaults=True):
 
 
 class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What was requested, and by whom; it never changes."""
+    """What was requested, and by whom; only its priority may change, while it waits."""
 
     bundle: str
     version: int = 1
@@ -381,6 +381,8 @@ class TaskRestart(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """An action that may not be repeated was sent in this run: no preemption, no rebinding."""
     past: tuple[str, ...] = ()
     """Why each earlier run was ended to begin anew, in words."""
+    taken_back: tuple[str, ...] = ()
+    """Agents that a person took back: it gets them again only by a person's word."""
 
 
 class TaskFile(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -921,6 +923,15 @@ class RoleRequest(Struct, frozen=True, kw_only=True):
     """Of a HIGH task: true = others step aside also for what it takes beyond `count`; false = for nothing."""
     rebind: bool = False
     """Whether the task begins anew if the agent is lost (of a block; the model tells it of a task's own roles)."""
+    by_hand: tuple[str, ...] = ()
+    """Agents that a person gave it, while others are lacking: they are kept for it."""
+    taken_back: tuple[str, ...] = ()
+    """Agents that a person took back from its task."""
+
+    @property
+    def is_full_by_hand(self) -> bool:
+        """Return whether persons have given it all that it takes."""
+        return len(self.by_hand) >= self.count + self.more
 
 
 class Verdict(Struct, frozen=True):

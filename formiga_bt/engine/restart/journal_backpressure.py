@@ -9,6 +9,7 @@ from formiga_bt.engine.kernel.inputs import (
     AddAgent,
     Alarm,
     Approve,
+    Assign,
     Duty,
     Input,
     JournalState,
@@ -16,9 +17,11 @@ from formiga_bt.engine.kernel.inputs import (
     LockdownOrder,
     NotifyPeople,
     Operator,
+    Prioritize,
     RuleOrder,
     Serve,
     Submit,
+    Unassign,
 )
 
 JOURNAL: Final = "journal"
@@ -64,6 +67,9 @@ def begins_something(given: Input) -> bool:
             | Serve()
             | AddAgent()
             | Learn()
+            | Assign()
+            | Unassign()
+            | Prioritize()
             | RuleOrder(do="start")
             | Operator("restart")
             | LockdownOrder("release")

@@ -54,6 +54,8 @@ class Requests:
             ) from error
         if task.request.wait is not None:
             roles = tuple(replace(role, wait_until=core.now + task.request.wait) for role in roles)
+        if task.restart.taken_back:
+            roles = tuple(replace(role, taken_back=task.restart.taken_back) for role in roles)
         if task.request.expires is not None:
             expires = core.now + task.request.expires
         return AgentRequest(
@@ -67,7 +69,12 @@ class Requests:
         core = self._core
         task = core.task(task_id)
         wanted = tuple(
-            replace(self._role(role, env, WAIT_US), but_not=but_not, rebind=role.if_lost == "rebind")
+            replace(
+                self._role(role, env, WAIT_US),
+                but_not=but_not,
+                rebind=role.if_lost == "rebind",
+                taken_back=task.restart.taken_back,
+            )
             for role in roles.values()
         )
         request = AgentRequest(

@@ -243,7 +243,7 @@ class Tasks:
             ),
             events=TaskEvents(since=core.state.counters.get("agent_event", 0)),
             outcome=TaskOutcome(notes=task.outcome.notes),
-            restart=TaskRestart(past=(*task.restart.past, why)),
+            restart=TaskRestart(past=(*task.restart.past, why), taken_back=task.restart.taken_back),
             times=TaskTimes(submitted_at=task.times.submitted_at),
         )
         core.emit(ch.TaskPut(fresh))

@@ -59,6 +59,8 @@ STATUS: Final = {
     "unknown_pilot": 404,
     "unknown_event": 404,
     "unknown_fleet": 404,
+    "unknown_role": 422,
+    "which_role": 422,
     "unknown_action": 404,
     "unknown_type": 422,
     "unknown_home": 422,
@@ -174,7 +176,7 @@ def application(host: Host) -> FastAPI:
     routes = FactRoutes(app)
     _tasks(routes, host.orders)
     _agents(routes, host.orders)
-    order_routes.add(routes, host.orders.stops)
+    order_routes.add(routes, host.orders.stops, host.orders.by_hand)
     crew_routes.add(routes, host.crew)
     fleet_routes.add(routes, host.members)
     catalogue_routes.add(routes, host.catalogue)

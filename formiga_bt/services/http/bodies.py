@@ -101,6 +101,21 @@ class AllOrderBody(ByBody):
     order: Literal["hold", "return", "land", "continue"]
 
 
+class AssignBody(ByBody):
+    """Give an agent to a task that waits for agents."""
+
+    agent: Id
+    role: Name = ""
+    """Of the task; needed if the agent could take several."""
+
+
+class PriorityBody(ByBody):
+    """Another priority for a task that waits; `first`: it is served before all others of that priority."""
+
+    priority: Literal["low", "medium", "high"]
+    first: bool = False
+
+
 class RuleBody(ByBody):
     """A word on what a standing rule has waiting; `agent`: to whom it happened, needed if several wait."""
 

@@ -1,18 +1,19 @@
-"""Routes of the orders that rank above tasks: thin, over `Stops`. `api` builds them into its app."""
+"""Routes of the orders that rank above tasks, and of agents given by hand: thin, over `Stops` and `HandDesk`."""
 
 from typing import Final
 
 from formiga_bt.base.roles import Deed
+from formiga_bt.services.by_hand import HandDesk
 from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http.routes import FactRoutes
 from formiga_bt.services.http.speaking import require, speaker
 from formiga_bt.services.stops import Stops
-from formiga_bt.show.facts import LockdownFact, OrderReply, PreflightFact
+from formiga_bt.show.facts import AssignedFact, LockdownFact, OrderDone, OrderReply, PreflightFact
 
 STOPS: Final = frozenset({"hold", "return", "land"})
 
 
-def add(routes: FactRoutes, stops: Stops) -> None:
+def add(routes: FactRoutes, stops: Stops, by_hand: HandDesk) -> None:
     """Add the routes."""
 
     @routes.post("/v1/agents/{agent}/orders", "safety", Deed.STOP)
@@ -51,6 +52,21 @@ def add(routes: FactRoutes, stops: Stops) -> None:
         """Give a machine back that its pilot had taken over, and say what becomes of the interrupted step."""
         order = body or b.HandbackBody()
         return stops.hand_back(agent, order.how, speaker(order.by))
+
+    @routes.post("/v1/tasks/{task_id}/assign", "tasks", Deed.ASSIGN)
+    def assign(task_id: str, body: b.AssignBody) -> AssignedFact:
+        """Give an agent to a task that waits for agents, through every filter of the allocator."""
+        return by_hand.assign(task_id, body.agent, body.role, speaker(body.by))
+
+    @routes.post("/v1/agents/{agent}/unassign", "agents", Deed.ASSIGN)
+    def unassign(agent: str, body: b.ByBody | None = None) -> AssignedFact:
+        """Take an agent back: what flies comes home, and its task begins anew without it."""
+        return by_hand.unassign(agent, speaker((body or b.ByBody()).by))
+
+    @routes.post("/v1/tasks/{task_id}/priority", "tasks", Deed.PRIORITY)
+    def prioritize(task_id: str, body: b.PriorityBody) -> OrderDone:
+        """Give a task that waits another priority, or the first place in it."""
+        return by_hand.prioritize(task_id, body.priority, first=body.first, by=speaker(body.by))
 
     @routes.get("/v1/agents/{agent}/preflight", "safety")
     def preflight(agent: str) -> PreflightFact:

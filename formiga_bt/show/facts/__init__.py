@@ -30,6 +30,7 @@ from formiga_bt.show.facts.orders import (
     AgentList,
     ApprovalFact,
     ApprovalList,
+    AssignedFact,
     CheckFact,
     DraftFact,
     LockdownFact,
@@ -86,7 +87,7 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "AttachmentKept", "Because",
+    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because",
     "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
     "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",

@@ -97,6 +97,18 @@ class OrderReply(Struct, frozen=True, kw_only=True):
     """Commands of which a person should give one."""
 
 
+class AssignedFact(Struct, frozen=True, kw_only=True):
+    """What became of an agent that a person gave to a task, or took back."""
+
+    task: str
+    agent: str
+    role: str
+    """That it has, or for which it is kept; empty: it was taken back."""
+    granted: bool
+    """The task has it now: of one that was taken back, until it is home."""
+    text: str
+
+
 class OrderDone(Struct, frozen=True):
     """An order was taken."""
 

@@ -8,12 +8,15 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import (
     Abort,
     Alarm,
+    Assign,
     EngineStep,
     LockdownOrder,
     NotifyPeople,
     Operator,
+    Prioritize,
     PublishState,
     Submit,
+    Unassign,
 )
 from formiga_bt.engine.kernel.records import ENDED
 from formiga_bt.show.facts import Because, BlackboardFact, Chart, Now, Stats, TaskPicture, Timeline
@@ -28,7 +31,7 @@ Kind = Callable[[EngineStep], bool]
 
 def is_event(step: EngineStep) -> bool:
     """Return whether people see anything of a step: a status, a goal sent or ended, a question, a notice, an order."""
-    if isinstance(step.input, Submit | Abort | Operator | LockdownOrder):
+    if isinstance(step.input, Submit | Abort | Operator | LockdownOrder | Assign | Unassign | Prioritize):
         return True
     if any(isinstance(effect, PublishState | NotifyPeople | Alarm) for effect in step.effects):
         return True

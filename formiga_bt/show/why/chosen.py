@@ -6,7 +6,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from formiga_bt.base.geo import mm
-from formiga_bt.engine.allocator.cost import M_PER_POINT, PREFERRED, UNREACHABLE
+from formiga_bt.engine.allocator.cost import BY_HAND, M_PER_POINT, PREFERRED, UNREACHABLE
 from formiga_bt.engine.kernel.records import TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.scene import WhyScene, deeper
@@ -48,6 +48,8 @@ def _reason(picked: Sequence[Verdict], others: Sequence[Verdict]) -> str:
     if not others:
         return ", the only one that fitted" if len(picked) == 1 else ", all that fitted"
     costs = [v.cost or 0.0 for v in (*picked, *others)]
+    if len(picked) == 1 and costs[0] <= BY_HAND / 2:
+        return ", which a person gave it; others that fitted"
     if len(picked) == 1 and costs[0] <= PREFERRED / 2:
         return ", which was asked for; others that fitted"
     if len(set(costs)) == 1:
@@ -67,6 +69,8 @@ def with_cost(scene: WhyScene, verdict: Verdict) -> str:
     cost = verdict.cost
     if cost is None or cost == 0.0:
         return verdict.agent
+    if cost <= BY_HAND / 2:
+        return f"{verdict.agent} (by hand)"
     if cost < 0.0:
         return f"{verdict.agent} (preferred)"
     agent = scene.state.agents.get(verdict.agent)

@@ -21,7 +21,7 @@ from formiga_bt.show.why.words import (
 
 OTHER_ROLE: Final = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
-BY_ITSELF: Final = ("preempting", "busy", "kept", "reserved", "airborne", "not_idle", "battery", "energy")
+BY_ITSELF: Final = ("preempting", "busy", "kept", "reserved", "airborne", "not_idle", "battery", "energy", "by_hand")
 """Refusals that pass without a person, told first."""
 FOR_EVER: Final = ("no_action", "failed_before")
 """Refusals that waiting does not change, told last."""

@@ -30,6 +30,8 @@ VERDICTS: Final[Mapping[str, str]] = {
     "ordered": "has a standing order ({detail})",
     "preflight": "is not ready to fly: {detail}",
     "no_checks": "has not reported whether it is ready to fly",
+    "by_hand": "is not the one that a person gave it ({detail})",
+    "taken_back": "was taken back from it by a person",
 }
 """Of an agent for a role, after its id."""
 
@@ -45,6 +47,8 @@ VERDICT_HINTS: Final[Mapping[str, str]] = {
     "ordered": "formiga continue {agent}",
     "preflight": "formiga preflight {agent}",
     "no_checks": "formiga preflight {agent}",
+    "by_hand": "formiga assign TASK {agent} once that one is taken back: formiga unassign",
+    "taken_back": "formiga assign TASK {agent} gives it again",
 }
 
 BLOCKED: Final[Mapping[str, str]] = {
