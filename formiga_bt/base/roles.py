@@ -42,6 +42,7 @@ class Deed(StrEnum):
     RELEASE = "release lockdown"
     ASSIGN = "give agents to tasks by hand, and take them back"
     PRIORITY = "say which of the tasks that wait goes first"
+    ACKNOWLEDGE = "acknowledge alarms"
     CLEAR = "take back a machine that somebody looked at"
     RULES = "start or dismiss what a rule asks about"
     LOAD_SIMULATED = "load tasks into an engine in mode simulation"
@@ -65,7 +66,7 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
         Role.VIEWER: _VIEWER,
         Role.REQUESTER: _REQUESTER,
         Role.PICKER: _ANY | _AGENT | {Deed.REQUEST, Deed.ABORT_OWN},
-        Role.RESPONDER: _VIEWER | _AGENT | {Deed.LOCKDOWN},
+        Role.RESPONDER: _VIEWER | _AGENT | {Deed.LOCKDOWN, Deed.ACKNOWLEDGE},
         Role.OPERATOR: _REQUESTER
         | _AGENT
         | {
@@ -77,11 +78,14 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
             Deed.RELEASE,
             Deed.ASSIGN,
             Deed.PRIORITY,
+            Deed.ACKNOWLEDGE,
             Deed.CLEAR,
             Deed.RULES,
             Deed.LOAD_SIMULATED,
         },
-        Role.PILOT: _VIEWER | _AGENT | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.HANDBACK, Deed.DUTY},
+        Role.PILOT: _VIEWER
+        | _AGENT
+        | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.ACKNOWLEDGE, Deed.HANDBACK, Deed.DUTY},
         Role.APPROVER: _VIEWER | {Deed.APPROVE},
         Role.ADMIN: _VIEWER | {Deed.LOCKDOWN, Deed.LOAD_SIMULATED, Deed.LOAD, Deed.FLEET, Deed.CATALOGUE, Deed.ENGINE},
     }

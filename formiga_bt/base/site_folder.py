@@ -84,8 +84,8 @@ UNKNOWN: Final = 1_000_000
 """Ids of each kind are passed over for each earlier start, if it is not known how many were used."""
 UNKNOWN_EPOCHS: Final = 500
 """Passed over if the last epoch is not known: agents take a step of up to 1,000."""
-COUNTERS: Final = ("task", "question", "clearance", "safety")
-"""The counters that ids of goals, and numbers of questions, are made of."""
+COUNTERS: Final = ("task", "question", "clearance", "safety", "alarm")
+"""The counters that ids of goals, and numbers of questions and alarms, are made of."""
 TAKE_TRIES: Final = 5
 
 

@@ -214,6 +214,16 @@ class Client(Calls):
         """Say what becomes of something that happened and waits: `start` or `dismiss`; return what happened."""
         return self._said(f"/v1/rules/{segment(rule)}/{segment(do)}", {"agent": agent, "by": by})
 
+    def alarms(self, *, cleared: bool = False) -> "f.AlarmList":
+        """Return the open alarms; with `cleared` also the newest of those that are over."""
+        from formiga_bt.show.facts import AlarmList
+
+        return self.get(AlarmList, "/v1/alarms", cleared="true" if cleared else "")
+
+    def acknowledge(self, alarm: str, *, by: str = "", note: str = "") -> str:
+        """Say that somebody takes care of an alarm; return what happened."""
+        return self._said(f"/v1/alarms/{segment(alarm)}/ack", {"by": by, "note": note})
+
     def library(self) -> "f.LibraryList":
         """Return the tasks that can be requested."""
         from formiga_bt.show.facts import LibraryList

@@ -29,6 +29,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.overload import note_behind
 from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.orders.alarms import Alarms
 from formiga_bt.engine.orders.breaches import Breaches
 from formiga_bt.engine.orders.command import Command
 from formiga_bt.engine.orders.lockdown import Lockdowns
@@ -108,6 +109,7 @@ class Engine:
         self.breaches = Breaches(core, self.tasks, self.orders)
         self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, policy)
         self.by_hand = ByHand(core, self.tasks, self.orders, self.authority, self.allocation)
+        self.alarms = Alarms(core)
         self.rules = StandingRules(core, self.intake, refuse_if_full)
         rescue = Rescue(core, self.goals, self.people, self.runs, self.tasks)
         self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, rescue, self.rules)
@@ -173,6 +175,7 @@ class Engine:
         if core.state.resume is not None and self.reconcile.proceed():
             self._settle()
         self.allocation.hear()
+        self.alarms.end_step(given)
         return inp.EngineStep(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
     def _dispatch(self, given: inp.Input) -> Reply | None:
@@ -224,6 +227,9 @@ class Engine:
             case inp.RuleOrder():
                 refuse_if_full(self.core, given)
                 return self.rules.order(given)
+            case inp.AcknowledgeAlarm():
+                self.alarms.acknowledge(given)
+                return Done()
             case inp.LockdownOrder():
                 refuse_if_full(self.core, given)
                 self.lockdowns.order(given)
@@ -254,6 +260,8 @@ class Engine:
                 self.rules.read_anew()
             case inp.Resumed():
                 self.reconcile.begin(given)
+            case inp.HouseState():
+                self.alarms.look_at_house(given)
             case inp.Behind():
                 note_behind(self.core, given)
             case inp.Outage():

@@ -30,7 +30,7 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure
 from formiga_bt.transport.messages import AgentStatus
 
-FORMAT: Final = 4
+FORMAT: Final = 5
 """Raised with each change of the records that a step or a state holds: what another number wrote is not read."""
 PLAIN: Final = 0
 HEADER: Final = 6

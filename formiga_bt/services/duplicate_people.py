@@ -7,6 +7,7 @@ to the wrong place. `OneEach` notices and tells it. Two processes that are one m
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
+from formiga_bt.engine.kernel.inputs import Trouble
 from formiga_bt.transport.base import AgentTransport, TellsSite
 from formiga_bt.transport.messages import (
     AgentGone,
@@ -32,13 +33,17 @@ class OneEach:
     Args:
         inner: the wire.
         desk: people who answer at this engine.
-        tell: takes an agent and a text for people, once for each agent until it is gone; called in the thread that polls.
     """
 
-    def __init__(self, inner: AgentTransport, desk: Collection[str], tell: Callable[[str, str], None]) -> None:
-        self._inner, self._desk, self._tell = inner, desk, tell
+    def __init__(self, inner: AgentTransport, desk: Collection[str]) -> None:
+        self._inner, self._desk = inner, desk
         self.name, self.guarantees = inner.name, inner.guarantees
-        self._told: set[str] = set()
+        self._twice: tuple[str, ...] = ()
+        """People of the desk in whose name somebody speaks here; replaced whole, in the thread that polls."""
+
+    def troubles(self) -> tuple[Trouble, ...]:
+        """Return who is there twice now, for `StandingAlarms`; may be called from any thread."""
+        return tuple(Trouble("double", agent, AT_DESK.format(agent=agent)) for agent in self._twice)
 
     def open(self, wake: Callable[[], None]) -> None:
         """Open the wire."""
@@ -80,17 +85,12 @@ class OneEach:
     def _takes(self, event: TransportEvent) -> bool:
         agent = _agent_of(event)
         if isinstance(event, AgentGone):
-            self._told.discard(agent)
+            self._twice = tuple(one for one in self._twice if one != agent)
         if agent in self._desk:
-            if not isinstance(event, AgentGone | SendFailed):
-                self._report_once(agent, AT_DESK.format(agent=agent))
+            if not isinstance(event, AgentGone | SendFailed) and agent not in self._twice:
+                self._twice = (*self._twice, agent)
             return False
         return True
-
-    def _report_once(self, agent: str, text: str) -> None:
-        if agent not in self._told:
-            self._told.add(agent)
-            self._tell(agent, text)
 
 
 AT_DESK: Final = (

@@ -26,7 +26,7 @@ from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_wo
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.goals.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Resumed
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, HouseState, Resumed, Trouble
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.restart.resume import copy_of
@@ -58,7 +58,7 @@ from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
 from formiga_bt.services.standing import lockdown_fact, wall_us
-from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
+from formiga_bt.services.standing_alarms import StandingAlarms, clock_check
 from formiga_bt.services.view import EngineView
 from formiga_bt.show.facts import EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
@@ -206,7 +206,7 @@ class EngineHost:
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
         fails = self._failpoint
-        once = [OneEach(wire, self._desk_types, self._report_double) for wire in self._wires]
+        once = [OneEach(wire, self._desk_types) for wire in self._wires]
         wires: list[AgentTransport] = [self._desk, *once]
         self.driver = RealtimeDriver(
             engine,
@@ -258,7 +258,13 @@ class EngineHost:
         flights.start()
         self._opened.append(flights.stop)
         self.house = StandingAlarms(
-            self._report_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles]
+            self._tell_house,
+            [
+                clock_check(self.driver.clock),
+                self._set_aside,
+                self.proofs.troubles,
+                *(wire.troubles for wire in once),
+            ],
         )
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
@@ -410,9 +416,9 @@ class EngineHost:
         return self._desk
 
     # -- while it runs ---------------------------------------------------------------------------------------------
-    def _report_double(self, agent: str, text: str) -> None:
-        self.feed.add("alarm", self.driver.now(), text, agent=agent, data={"code": "double"})
-        self.feed.announce()
+    def _tell_house(self, troubles: tuple[Trouble, ...]) -> None:
+        """Hand the engine what is wrong with its own house; it has alarms of it."""
+        self.driver.post(HouseState(troubles))
 
     @property
     def set_aside(self) -> list[str]:
@@ -422,11 +428,6 @@ class EngineHost:
     def _set_aside(self) -> list[Trouble]:
         found = {**self._folder.unusable, **self._store.unusable}
         return [Trouble("set_aside", name, text) for name, text in sorted(found.items())]
-
-    def _report_trouble(self, severity: str, trouble: Trouble) -> None:
-        text = f"{trouble.text} ({trouble.code})" if severity == "alarm" else f"{trouble.code} is over"
-        self.feed.add(severity, self.driver.now(), text, data={"code": trouble.code, "severity": severity})
-        self.feed.announce()
 
     def _house_facts(self) -> tuple[StandingFact, ...]:
         """Return what is wrong with the engine's own house, as pictures show it."""

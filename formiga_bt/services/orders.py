@@ -29,6 +29,7 @@ from formiga_bt.lang.model.rules import RULE_PREFIX
 from formiga_bt.lang.request.aliases import find_task
 from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.lang.request.value_files import ValueFile
+from formiga_bt.services.alarms import AlarmDesk
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.by_hand import HandDesk
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
@@ -124,6 +125,7 @@ class ServiceOrders:
         self._keys_lock = threading.Lock()
         self.stops = Stops(self.ask, view, site, driver.now, catalogue)
         self.by_hand = HandDesk(self.ask, view)
+        self.alarms = AlarmDesk(self.ask, view, driver.now)
         self.rules = RuleDesk(self.ask, view, site, driver.now)
         self.desk_people: set[str] = set()
         self.telling = Telling(desk, self.desk_people, view, site, catalogue, driver.now)

@@ -1,7 +1,9 @@
 """Alarms that stand of the engine's own process: its clock, its folder, people's secrets. The engine itself knows none of it.
 
-Each second `StandingAlarms` asks its checks what is wrong now. What is new is an alarm in the feed, what is no more a notice.
-What stands is in `GET /v1/health`, on the top line of `formiga watch` and in its list of what needs a person.
+Each second `StandingAlarms` asks its checks what is wrong now, and hands the engine what has changed: there what is new is an
+alarm as any other, and what is no more is cleared.
+What stands is in `GET /v1/health`, on the top line of `formiga watch` and in its list of what needs a person, also when the
+engine has stopped.
 """
 
 import logging
@@ -12,19 +14,11 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.base.clock import OFF, EngineClock, Micros, wall_clock_us
+from formiga_bt.engine.kernel.inputs import Trouble
 from formiga_bt.show.offset import offset_words
 
 EACH_S: Final = 1.0
 log = logging.getLogger("formiga.house")
-
-
-class Trouble(Struct, frozen=True):
-    """Something that is wrong now. The same code and subject is the same trouble, whatever its text."""
-
-    code: str
-    subject: str
-    text: str
-    """What is wrong, and what a person can do."""
 
 
 class Standing(Struct, frozen=True):
@@ -36,15 +30,15 @@ class Standing(Struct, frozen=True):
 
 
 Check = Callable[[], Iterable[Trouble]]
-Tell = Callable[[str, Trouble], None]
-"""Called with `alarm` when a trouble begins, with `notice` when it is over."""
+Tell = Callable[[tuple[Trouble, ...]], None]
+"""Called with all that is wrong, at the first look and when a trouble begins or is over."""
 
 
 class StandingAlarms:
     """Watches over the house of an engine in a thread of its own; `standing` may be read from any.
 
     Args:
-        tell: tells people of what begins and of what is over.
+        tell: tells the engine what is wrong now.
         checks: each returns what is wrong now; more may be added before `start`.
     """
 
@@ -53,6 +47,8 @@ class StandingAlarms:
         self.standing: tuple[Standing, ...] = ()
         """What stands, the oldest first; replaced whole."""
         self._tell = tell
+        self._told: set[tuple[str, str]] | None = None
+        """What was told; None: nothing yet, not even that all is well."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="formiga-house", daemon=True)
 
@@ -68,18 +64,16 @@ class StandingAlarms:
             self._thread.join(5.0)
 
     def look(self) -> None:
-        """Ask each check, and tell what is new and what is over."""
+        """Ask each check, and tell what is wrong if that is not what was told last."""
         found = {(one.code, one.subject): one for check in self.checks for one in check()}
         before = {(one.trouble.code, one.trouble.subject): one for one in self.standing}
         now = wall_clock_us()
         stays = [Standing(found[key], one.since) for key, one in before.items() if key in found]
         begins = [Standing(one, now) for key, one in found.items() if key not in before]
         self.standing = (*stays, *begins)
-        for one in begins:
-            self._tell("alarm", one.trouble)
-        for key, one in before.items():
-            if key not in found:
-                self._tell("notice", one.trouble)
+        if self._told != set(found):
+            self._told = set(found)
+            self._tell(tuple(one.trouble for one in self.standing))
 
     def _run(self) -> None:
         while not self._end.wait(EACH_S):

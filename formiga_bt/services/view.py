@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.alarm_records import AlarmRecord
 from formiga_bt.engine.kernel.inputs import Abort, Alarm, EngineStep, LockdownOrder, NotifyPeople, Operator
 from formiga_bt.engine.kernel.records import (
     AgentRecord,
@@ -140,6 +141,8 @@ class EngineView:
                 self._lockdown(at, lockdown)
             case ch.LibraryPut(name, versions):
                 self._library(at, name, versions)
+            case ch.AlarmPut(alarm):
+                self._alarm(at, alarm, state.alarms.get(alarm.id))
             case ch.QuestionPut(question):
                 self._question(at, question, state.questions.get(question.id))
             case ch.QuestionDrop(question_id):
@@ -250,6 +253,17 @@ class EngineView:
         text = lockdown_text(found, at) if found is not None else "lockdown is released"
         how, by = (found.how, found.by) if found is not None else ("", "")
         self.feed.add("lockdown", at, text, data={"on": found is not None, "how": how, "by": by})
+
+    def _alarm(self, at: Micros, alarm: AlarmRecord, before: AlarmRecord | None) -> None:
+        """Tell what became of an alarm; that it was raised is told by its effect."""
+        if before is None or alarm.state == before.state:
+            return
+        turns = alarm.history[len(before.history) :] if len(alarm.history) > len(before.history) else alarm.history[-1:]
+        by = next((turn.by for turn in turns if turn.by), "")
+        states = " and ".join(turn.what for turn in turns)
+        text = f"{alarm.id} ({alarm.code}) is {states}" + (f" by {by}" if by else "")
+        data = {"code": alarm.code, "state": alarm.state, "severity": "info"}
+        self.feed.add("notice", at, text, task=alarm.task, agent=alarm.agent, data=data)
 
     def _library(self, at: Micros, name: str, versions: Sequence[Version]) -> None:
         newest = versions[-1]

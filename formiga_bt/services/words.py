@@ -10,6 +10,9 @@ NOT_KEPT: Final = "not kept: the journal cannot be written, and an engine that i
 HINTS: Final[Mapping[str, str]] = {
     "unknown_task": "formiga tasks lists them",
     "unknown_rule": "formiga rules lists them",
+    "unknown_alarm": "formiga alarms lists them",
+    "already_acknowledged": "formiga alarms shows who",
+    "alarm_cleared": "formiga alarms --all shows what became of it",
     "not_waiting": "formiga rules lists what waits",
     "not_approver": "name approvers in site.yaml under people: approvers; the engine reads it when it starts",
     "unknown_pilot": "name pilots in site.yaml under pilots; the engine reads it when it starts",

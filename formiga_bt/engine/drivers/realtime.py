@@ -31,9 +31,10 @@ from formiga_bt.engine.drivers.wiring import Switchboard
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.journal_levels import LEVELS
 from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply, granted
 from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
-from formiga_bt.engine.restart.journal_backpressure import LACKS, LEVELS, begins_something
+from formiga_bt.engine.restart.journal_backpressure import LACKS, begins_something
 from formiga_bt.engine.tasks.wake_queue import REST
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.transport.base import AgentTransport

@@ -8,6 +8,7 @@ from typing import Any
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.alarm_records import AlarmRecord
 from formiga_bt.engine.kernel.records import (
     AgentEventRecord,
     AgentRecord,
@@ -263,9 +264,21 @@ class RuleWatchPut(Struct, frozen=True, tag=True):
     watch: RuleWatch | None
 
 
+class AlarmPut(Struct, frozen=True, tag=True):
+    """An alarm's record is now this."""
+
+    alarm: AlarmRecord
+
+
+class AlarmDrop(Struct, frozen=True, tag=True):
+    """An alarm is forgotten: there are too many. The journal still has it."""
+
+    alarm: str
+
+
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
-    | WakesPut | MemberPut | DiscoveredPut | RulePut | RuleWatchPut
+    | WakesPut | MemberPut | DiscoveredPut | RulePut | RuleWatchPut | AlarmPut | AlarmDrop
 )  # fmt: skip

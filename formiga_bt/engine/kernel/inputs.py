@@ -119,6 +119,15 @@ class RuleOrder(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class AcknowledgeAlarm(Struct, frozen=True, tag=True):
+    """A person takes care of an alarm."""
+
+    alarm: str
+    by: str = ""
+    note: str = ""
+    """In their own words."""
+
+
 class Approve(Struct, frozen=True, tag=True):
     """A person approved a bundle on this site (`revoke`: takes that back)."""
 
@@ -327,6 +336,25 @@ class JournalState(Struct, frozen=True, tag=True):
     """Why, and what to do."""
 
 
+class Trouble(Struct, frozen=True):
+    """Something that is wrong with the engine's own house. The same code and subject is the same trouble, whatever its text."""
+
+    code: str
+    subject: str
+    """What it is about: `clock`, or a file's name."""
+    text: str
+    """What is wrong, and what a person can do."""
+
+
+class HouseState(Struct, frozen=True, tag=True):
+    """All that is wrong with the engine's own house now: its clock, its folder, secrets.
+
+    Given at the start, and when that changes.
+    """
+
+    troubles: tuple[Trouble, ...]
+
+
 class Behind(Struct, frozen=True, tag=True):
     """The engine's deadlines are given late, or (`late_us` 0) no longer. Given by the driver when that changes."""
 
@@ -340,7 +368,7 @@ Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | Learn | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
-    | RuleOrder | Assign | Unassign | Prioritize
+    | RuleOrder | Assign | Unassign | Prioritize | AcknowledgeAlarm | HouseState
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------
@@ -404,6 +432,8 @@ class Alarm(Struct, frozen=True, tag=True):
     text: str
     task: str = ""
     agent: str = ""
+    about: str = ""
+    """What of the engine's own house it is about, if it is."""
 
 
 class PublishState(Struct, frozen=True, tag=True):

@@ -10,6 +10,7 @@ from msgspec import Struct, field
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.alarm_records import AlarmRecord
 from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.records import (
     AgentEventRecord,
@@ -85,6 +86,8 @@ class EngineState(Struct):
     """the site's standing rules by name, and what became of them"""
     rule_watches: dict[str, dict[str, RuleWatch]] = field(default_factory=dict)
     """rule -> agent -> what it has seen of it"""
+    alarms: dict[str, AlarmRecord] = field(default_factory=dict)
+    """id -> alarm, in the order of raising: all that are open, and the newest that are cleared"""
 
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
@@ -179,6 +182,14 @@ def _rule(state: EngineState, _: Blackboard, change: ch.RulePut) -> None:
 
 def _rule_watch(state: EngineState, _: Blackboard, change: ch.RuleWatchPut) -> None:
     _set_or_drop(state.rule_watches.setdefault(change.rule, {}), change.agent, change.watch)
+
+
+def _alarm(state: EngineState, _: Blackboard, change: ch.AlarmPut) -> None:
+    state.alarms[change.alarm.id] = change.alarm
+
+
+def _alarm_drop(state: EngineState, _: Blackboard, change: ch.AlarmDrop) -> None:
+    state.alarms.pop(change.alarm, None)
 
 
 def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> None:
@@ -340,6 +351,8 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.WakesPut: _wakes,
         ch.RulePut: _rule,
         ch.RuleWatchPut: _rule_watch,
+        ch.AlarmPut: _alarm,
+        ch.AlarmDrop: _alarm_drop,
     }
 )
 """How each kind of change is applied."""

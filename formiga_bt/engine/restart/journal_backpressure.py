@@ -23,11 +23,8 @@ from formiga_bt.engine.kernel.inputs import (
     Submit,
     Unassign,
 )
+from formiga_bt.engine.kernel.journal_levels import JOURNAL, LEVELS
 
-JOURNAL: Final = "journal"
-"""The counter that tells how the journal stands."""
-LEVELS: Final = {"ok": 0, "slow": 1, "full": 2, "gone": 3}
-"""From `full` on nothing can be kept."""
 LACKS: Final = {
     LEVELS["full"]: ("journal_full", "the journal cannot be written", "make room on its disk"),
     LEVELS["gone"]: (

@@ -32,11 +32,11 @@ from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.causes import ResumeHold
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold
+from formiga_bt.engine.kernel.journal_levels import JOURNAL, LEVELS
 from formiga_bt.engine.kernel.overload import LATE
 from formiga_bt.engine.kernel.records import AgentRecord, Before, FoundMachine, Resuming, TaskRecord
 from formiga_bt.engine.kernel.timers import AskDue, CancelDue, LiveDue, ResumeDue
 from formiga_bt.engine.orders.continuing import way_on
-from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.engine.restart.rescue import Rescue
 from formiga_bt.engine.rules.standing_rules import StandingRules
 from formiga_bt.engine.tasks.authority import Authority

@@ -25,8 +25,8 @@ from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.discovered import CatalogueOrders
 from formiga_bt.services.feed import Feed, FeedEvent
-from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http import (
+    alarm_routes,
     catalogue_routes,
     crew_routes,
     file_routes,
@@ -38,6 +38,7 @@ from formiga_bt.services.http import (
     rule_routes,
     seeing_routes,
 )
+from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.door import Door
@@ -65,6 +66,7 @@ STATUS: Final = {
     "unknown_type": 422,
     "unknown_home": 422,
     "unknown_rule": 404,
+    "unknown_alarm": 404,
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
@@ -183,6 +185,7 @@ def application(host: Host) -> FastAPI:
     seeing_routes.add(routes, host.source)
     past_routes.add(routes, host.past)
     rule_routes.add(routes, host.orders)
+    alarm_routes.add(routes, host.orders.alarms)
     _people(routes, host.orders)
     library_routes.add(routes, host.loading, host.refused)
     file_routes.add(routes, host.attachments)

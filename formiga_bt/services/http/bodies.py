@@ -122,6 +122,12 @@ class RuleBody(ByBody):
     agent: Name = ""
 
 
+class AcknowledgeBody(ByBody):
+    """Who takes care of an alarm, and what they say of it."""
+
+    note: Annotated[str, Field(max_length=500)] = ""
+
+
 class LockdownBody(ByBody):
     """Press lockdown: machines in the air do `how`; or release it."""
 

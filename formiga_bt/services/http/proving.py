@@ -16,9 +16,9 @@ from typing import Final
 from formiga_bt.base.clock import SECOND, Micros, passed_us
 from formiga_bt.base.errors import SiteError, TaskError
 from formiga_bt.base.person_secrets import SECRETS, Hashed, command, find_secret, read_secrets, wrong
+from formiga_bt.engine.kernel.inputs import Trouble
 from formiga_bt.lang.model import Site
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.standing_alarms import Trouble
 
 log = logging.getLogger("formiga.proving")
 

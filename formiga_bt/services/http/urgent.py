@@ -18,6 +18,7 @@ _PATHS: Final = (
     ("POST", re.compile(r"/v1/tasks/[^/]+/(?:orders|abort)")),
     ("DELETE", re.compile(r"/v1/tasks/[^/]+")),
     ("POST", re.compile(r"/v1/inbox/[^/]+/answer")),
+    ("POST", re.compile(r"/v1/alarms/[^/]+/ack")),
 )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from formiga_bt.base.errors import JournalError
-from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
+from formiga_bt.engine.kernel.journal_levels import JOURNAL, LEVELS
 from formiga_bt.services.view import EngineView
 
 if TYPE_CHECKING:

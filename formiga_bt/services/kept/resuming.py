@@ -29,9 +29,9 @@ from formiga_bt.base.errors import SiteError
 from formiga_bt.base.site_folder import write_durably
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EngineStep, NotifyPeople, Resumed, Serve
+from formiga_bt.engine.kernel.journal_levels import JOURNAL, LEVELS
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 

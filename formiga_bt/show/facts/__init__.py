@@ -5,6 +5,7 @@ here, and travels as JSON (facts that come in thousands leave out fields that ha
 microseconds (`Micros`), places metres east, north and up of the base station, angles degrees, percent 0..100.
 """
 
+from formiga_bt.show.facts.alarms import AlarmFact, AlarmList, AlarmTurnFact
 from formiga_bt.show.facts.fleet import (
     CatalogueFact,
     DiscoveredFact,
@@ -87,7 +88,8 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because",
+    "ActionFact", "AgentFact", "AgentList", "AlarmFact", "AlarmList", "AlarmTurnFact",
+    "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because",
     "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
     "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",

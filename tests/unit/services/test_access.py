@@ -16,7 +16,16 @@ from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
 
-FILL = {"agent": "lwd_1", "task_id": "No-1", "number": "Q1", "pilot": "pia", "rule": "r", "name": "f", "action": "Fly"}
+FILL = {
+    "agent": "lwd_1",
+    "task_id": "No-1",
+    "number": "Q1",
+    "pilot": "pia",
+    "rule": "r",
+    "name": "f",
+    "action": "Fly",
+    "alarm": "A1",
+}
 ENDS = ("/v1/admin/drain", "/v1/admin/stop", "/v1/events")
 """Routes that end the engine, or do not end themselves."""
 

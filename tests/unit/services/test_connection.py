@@ -282,4 +282,4 @@ def test_each_route_that_is_urgent_runs_in_the_lane(start: Callable[..., Any]) -
         if is_urgent(method, route.path)
     }
     assert lane == urgent
-    assert len(lane) == 8
+    assert len(lane) == 9

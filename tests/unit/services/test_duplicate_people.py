@@ -28,8 +28,7 @@ class Said:
 
     def __init__(self) -> None:
         self.next: list[TransportEvent] = []
-        self.told: list[tuple[str, str]] = []
-        self.wire = OneEach(self, {"ann"}, lambda agent, text: self.told.append((agent, text)))  # type: ignore[arg-type]
+        self.wire = OneEach(self, {"ann"})  # type: ignore[arg-type]  # of a wire only what is polled is needed
 
     def poll(self) -> Sequence[TransportEvent]:
         found, self.next = self.next, []
@@ -53,10 +52,11 @@ def test_nobody_speaks_for_a_person_of_the_desk(wording: Wording) -> None:
     done = GoalReported(GoalEvent(goal_id="g1", agent="ann", state="succeeded", n=1))
 
     assert said.comes(card("ann"), status("a", 1, "ann"), done, card("ben"), AgentGone("ann")) == [card("ben")]
-    assert [agent for agent, _ in said.told] == ["ann"]
-    wording(said.told[0][1])
-    said.comes(card("ann", "b"))
-    assert len(said.told) == 2  # it came back
+    assert said.wire.troubles() == ()  # it has gone again
+    said.comes(card("ann", "b"), done)
+    (trouble,) = said.wire.troubles()
+    assert (trouble.code, trouble.subject) == ("double", "ann")
+    wording(trouble.text)
 
 
 @pytest.mark.network
