@@ -54,7 +54,7 @@ def append_line(file: Path, record: Mapping[str, Any]) -> None:
             lines.flush()
             os.fsync(lines.fileno())
         if is_new:
-            _sync_folder(file.parent)
+            sync_folder(file.parent)
     except OSError as error:
         raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
 
@@ -122,7 +122,7 @@ def _replace(file: Path, text: str, is_held: bool = False) -> IO[str]:
             if is_held:
                 fcntl.flock(new, fcntl.LOCK_EX)
             beside.replace(file)
-            _sync_folder(file.parent)
+            sync_folder(file.parent)
             until_done.pop_all()
     except OSError as error:
         raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
@@ -149,7 +149,7 @@ def remove_durably(file: Path) -> None:
     """
     try:
         file.unlink(missing_ok=True)
-        _sync_folder(file.parent)
+        sync_folder(file.parent)
     except OSError as error:
         raise SiteError(f"cannot remove {file}: {error.strerror or error}") from error
 
@@ -175,14 +175,15 @@ def move_aside(files: Sequence[Path], name: str = "aside") -> Path | None:
         target.mkdir(exist_ok=True)
         for one in there:
             one.rename(target / one.name)
-        _sync_folder(target)
-        _sync_folder(beside)
+        sync_folder(target)
+        sync_folder(beside)
     except OSError as error:
         raise SiteError(f"cannot set {there[0]} aside: {error.strerror or error}") from error
     return target
 
 
-def _sync_folder(path: Path) -> None:
+def sync_folder(path: Path) -> None:
+    """Have the names in a folder survive a power cut."""
     folder = os.open(path, os.O_RDONLY)
     try:
         os.fsync(folder)

@@ -20,6 +20,7 @@
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
 | `journal.at` | where the journal is instead, if it was told to be elsewhere: a path or a URL without password |
 | `no-journal` | the last start kept no journal, or none has begun yet |
+| `restored.json` | the folder was made of a backup, and no start has journaled yet that all is HELD |
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 
@@ -55,8 +56,8 @@ from formiga_bt.base.unusable_files import set_unusable_aside
 
 __all__ = [
     "APPROVALS", "COUNTERS", "DISCOVERED", "FLEET", "FLEETS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT",
-    "RESERVE", "EngineAddress", "SiteFolder", "append_line", "check_free", "find_engines", "find_folders", "is_running",
-    "journal_of", "read_address", "read_lines", "write_durably",
+    "RESERVE", "RESTORED", "EngineAddress", "SiteFolder", "append_line", "check_free", "find_engines", "find_folders",
+    "is_running", "is_site_name", "journal_of", "read_address", "read_lines", "write_durably",
 ]  # fmt: skip
 
 FOLDER: Final = ".formiga"
@@ -78,6 +79,7 @@ FLIGHTS: Final = "flights.jsonl"
 FLYING: Final = "flying.json"
 EXACT: Final = "exact"
 NO_JOURNAL: Final = "no-journal"
+RESTORED: Final = "restored.json"
 EVIDENCE: Final = ("epoch", "marks.json", FLYING, "alive.json", JOURNAL_AT)
 """Files that an earlier start left."""
 UNKNOWN: Final = 1_000_000
@@ -108,6 +110,11 @@ class EngineAddress:
     def token_file(self) -> Path:
         """Return the file with the token."""
         return Path(self.folder) / "token"
+
+
+def is_site_name(name: str) -> bool:
+    """Return whether a site's name can name a folder."""
+    return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name) is not None
 
 
 class SiteFolder:
@@ -157,7 +164,7 @@ class SiteFolder:
         Raises:
             SiteError: an engine runs on this site, or the folder cannot be written.
         """
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.site):
+        if not is_site_name(self.site):
             raise SiteError(f"the site's name {self.site!r} cannot name a folder: use letters, digits, '_' and '-'")
         try:
             private_folder(self.path.parent)
@@ -266,6 +273,19 @@ class SiteFolder:
         return not (self.path / NO_JOURNAL).exists() and (
             self._had_evidence or any((self.path / one).exists() for one in EVIDENCE)
         )
+
+    @property
+    def was_restored(self) -> bool:
+        """Return whether this folder was made of a backup, and nobody has journaled yet that all is HELD."""
+        return os.path.lexists(self.path / RESTORED)
+
+    def forget_restored(self) -> None:
+        """Note that all is HELD, safely.
+
+        Raises:
+            SiteError: it cannot be noted.
+        """
+        remove_durably(self.path / RESTORED)
 
     def note_journal(self, on: bool) -> None:
         """Note whether a journal has this site from now on.

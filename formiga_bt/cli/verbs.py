@@ -49,6 +49,8 @@ _TABLE = (
     Verb("demo", "integrator.demo", "See a small fleet work through missions in simulation."),
     Verb("up", "operator.up", "Start the engine of a site as a service."),
     Verb("doctor", "operator.doctor", "Look a site and its machine over: what is wrong, and how to mend it."),
+    Verb("backup", "operator.backup", "Write a site into one file, also while its engine runs."),
+    Verb("restore", "operator.restore", "Make a site of its backup; it begins HELD."),
     Verb("run", "operator.run", "Request a task; with --follow, watch it to its end."),
     Verb("load", "operator.load", "Have the engine read new and changed task files."),
     Verb("watch", "operator.watch", "Watch all tasks and agents in the terminal; answer and stop by key."),

@@ -35,7 +35,7 @@ from formiga_bt.engine.orders.command import Command
 from formiga_bt.engine.orders.lockdown import Lockdowns
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.restart.journal_backpressure import note_journal, refuse_if_full
-from formiga_bt.engine.restart.reconcile import Reconcile
+from formiga_bt.engine.restart.reconcile import RESTORE, Reconcile
 from formiga_bt.engine.restart.rescue import Rescue
 from formiga_bt.engine.restart.resume import restore_trees
 from formiga_bt.engine.rules.standing_rules import StandingRules
@@ -260,6 +260,8 @@ class Engine:
                 self.rules.read_anew()
             case inp.Resumed():
                 self.reconcile.begin(given)
+                if given.restored and self.state.lockdown is None:
+                    self.lockdowns.order(inp.LockdownOrder("hold", by=RESTORE))
             case inp.HouseState():
                 self.alarms.look_at_house(given)
             case inp.Behind():

@@ -26,7 +26,7 @@ from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_wo
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.goals.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.kernel import changes as ch
-from formiga_bt.engine.kernel.inputs import Abort, EngineStep, HouseState, Resumed, Trouble
+from formiga_bt.engine.kernel.inputs import Abort, EngineStep, HouseState, Resumed, Started, Trouble
 from formiga_bt.engine.kernel.library import Bundles
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.restart.resume import copy_of
@@ -228,6 +228,7 @@ class EngineHost:
         self.journaling.keep_read(served, self._texts)
         self._answering = Answering(self._desk, lambda: self.driver.kept_seq)
         self.driver.listeners.append(self._answering.feed_step)
+        self.driver.listeners.append(self._note_held)
         self.orders = ServiceOrders(
             self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, answering=self._answering,
             refused=self.refused, trees=self._trees,
@@ -345,6 +346,14 @@ class EngineHost:
                 self._folder.counted(change.name, change.value, step.at)
             elif isinstance(change, ch.AgentPut):
                 self._note_follower(change.agent)
+
+    def _note_held(self, step: EngineStep) -> None:
+        """Once it is in the journal that all of a restored site is HELD, later starts are as any other."""
+        if isinstance(step.input, Resumed | Started) and self._folder.was_restored and self.driver.kept_seq >= step.seq:
+            try:
+                self._folder.forget_restored()
+            except SiteError as error:  # then the next start holds everything once more
+                log.warning("%s", error)
 
     def _note_follower(self, agent: AgentRecord) -> None:
         """Note which epoch an agent follows, if it is one of this engine's."""

@@ -19,11 +19,13 @@ JOURNAL_ROOM: Final = {
     "database.py": {"open": 1},  # the lock file, which SQLite does not know
 }
 """The room where journals are: module -> calls of `OPENERS` in it, all else is refused."""
-SQLITE: Final = {"formiga_bt/journal/database.py", "formiga_bt/journal/looking.py"}
+SQLITE: Final = {"formiga_bt/journal/copying.py", "formiga_bt/journal/database.py", "formiga_bt/journal/looking.py"}
 """Modules that may speak to SQLite without SQLAlchemy: they say how a file is opened."""
 KNOW_ITS_NAME: Final = {
     "formiga_bt/base/site_folder.py",
     "formiga_bt/services/kept/journaling.py",
+    "formiga_bt/services/kept/backup.py",  # the file is passed over; a copy that SQLite made is read
+    "formiga_bt/services/kept/restoring.py",  # of a site that no engine has yet
     "formiga_bt/cli/operator/journal.py",
 }
 """Modules outside the room that name the file; see to it that they open others only."""

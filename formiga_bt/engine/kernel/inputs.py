@@ -305,6 +305,8 @@ class Resumed(Struct, frozen=True, tag=True, kw_only=True):
     """Effects of the last commit: they may not have left."""
     taken_back: tuple[str, ...] = ()
     """Digests of approvals that were taken back, and the journal does not know it."""
+    restored: bool = False
+    """The journal was restored from a backup: what was done since nobody here knows, so a person must let everything go on."""
 
 
 class Outage(Struct, frozen=True, tag=True, kw_only=True):

@@ -50,6 +50,8 @@ MOVED_M: Final = 30.0
 """A machine that only hovered or stood, and is this far from there now, was moved."""
 MARKS: Final = ResumeHold()
 """The cause of HELD."""
+RESTORE: Final = "formiga restore"
+"""Who locks a site down that was made of a backup."""
 
 
 class Reconcile:
@@ -86,9 +88,10 @@ class Reconcile:
         for effect in given.again:
             if not isinstance(effect, inp.CancelGoal):
                 core.effect(effect)
-        self._authority.came_back(long=self._is_long, taken_back=given.taken_back)
+        long = self._is_long or given.restored
+        self._authority.came_back(long=long, taken_back=given.taken_back)
         self._give_up(given)
-        if self._is_long:
+        if long:
             self._hold_all()
         core.set_wall(ResumeDue(), ASK_US)
 

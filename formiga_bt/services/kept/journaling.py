@@ -186,6 +186,7 @@ class Journaling:
         found = find(self.journal, self._folder.path, tasks, site, catalogue) if self.journal is not None else None
         if found is None:
             return None
+        found.restored = self._folder.was_restored
         found.state.now = max(found.state.now, now)
         if not (found.sign.kept and self._is_exact(found.state.counters, counters)):
             for name, value in counters.items():

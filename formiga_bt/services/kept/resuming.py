@@ -193,6 +193,8 @@ class Comeback:
         self.blame = Blame(folder)
         self.open = [task for task in state.tasks.values() if task.section != "done"]
         """The tasks that had not ended."""
+        self.restored = False
+        """The journal was restored from a backup."""
         self.again: tuple[CancelGoal | NotifyPeople | Alarm, ...] = ()
         self.node_state = 0
         self.rebuilt: dict[str, str] = {}
@@ -235,13 +237,17 @@ class Comeback:
             lost={**unbuilt, **self.lost},
             poison=self.blame.poison,
             again=self.again,
+            restored=self.restored,
         )
 
     def told(self, site: Site) -> list[str]:
         """Return what people should know of it, in sentences."""
         mine = [task for task in self.open if not task.system.agent]
+        held = [
+            "restored from a backup: all is HELD, under lockdown. Look at your machines, then: formiga lockdown release"
+        ]
         if not self.open:
-            return []
+            return held if self.restored else []
         away = (
             f"{self.outage_us / SECOND:.1f} s"
             if self.outage_us < 600 * SECOND
@@ -250,7 +256,9 @@ class Comeback:
         names = [task.id for task in mine]
         shown = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
         said = [f"resumed after {away}: {shown or 'ways home'}; what became of their goals is asked now"]
-        if self.outage_us > site.resume_hold_after_us:
+        if self.restored:
+            said += [*held, "then formiga continue TASK, or formiga abort TASK, for each"]
+        elif self.outage_us > site.resume_hold_after_us:
             see = ", ".join(f"formiga why {task}" for task in names[:SEEN])
             said.append(f"they wait for a person, for the outage was long{f'; see {see}' if see else ''}")
         said += [f"{task} is not resumed: {why}; its machines come home" for task, why in self.lost.items()]
