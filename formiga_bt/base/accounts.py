@@ -125,6 +125,15 @@ class AccountBook:
         """
         return find_account(self._read(), text, now_s)
 
+    def named(self, name: str) -> Account | None:
+        """Return an account by its name; None: there is none, or it is disabled.
+
+        Raises:
+            SiteError: the file cannot be used.
+        """
+        account = self._read().accounts.get(name)
+        return account if account is not None and not account.disabled else None
+
     def _read(self) -> Register:
         try:
             told = (self._folder / ACCOUNTS).stat()

@@ -34,6 +34,7 @@ from formiga_bt.lang.growing import growing
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import beginning, crew, discovered, members
 from formiga_bt.services.answering import Answering
+from formiga_bt.services.calling import Caller
 from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
 from formiga_bt.services.duplicate_people import OneEach
@@ -57,6 +58,7 @@ from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
+from formiga_bt.services.paper import PaperServices
 from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, clock_check
 from formiga_bt.services.view import EngineView
@@ -254,6 +256,10 @@ class EngineHost:
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
+        self._accounts, self._audit = AccountBook(self._folder.path), Audit(self._folder.path)
+        self._opened.append(self._audit.close)
+        self.calls = Caller(PaperServices(self.orders, self.view, self.site), self._accounts, self._audit)
+        self.calls.serve(self.site, self._wires)
         self.view.start()
         self._opened.append(self.view.stop)
         flights.start()
@@ -301,13 +307,11 @@ class EngineHost:
     def _serve(self, sock: socket.socket, local: socket.socket | None, token: str) -> None:
         """Serve both doors: HTTP, and the local one, if there is one."""
         app, limit = api.application(self), descriptors()
-        accounts, audit = AccountBook(self._folder.path), Audit(self._folder.path)
-        self._opened.append(audit.close)
         for one, places in ((local, local_places(limit)), (sock, http_places(limit))):
             if one is not None:
                 crowd: Crowd[Connection] = Crowd(places)
                 door = api.guarded(
-                    app, token=token, needs_token=self.needs_token, accounts=accounts, audit=audit, crowd=crowd,
+                    app, token=token, needs_token=self.needs_token, accounts=self._accounts, audit=self._audit, crowd=crowd,
                     is_local=one is local,
                 )  # fmt: skip
                 clocked = Clocked(door, lambda: self.driver.clock.ahead_us)

@@ -6,10 +6,7 @@ Stops, lockdown and hand-back are `stops`. Every refusal is a `Refused` with a c
 problem document of it.
 """
 
-import hashlib
 import json
-import threading
-from collections import OrderedDict
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, get_args
@@ -33,6 +30,7 @@ from formiga_bt.services.alarms import AlarmDesk
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.by_hand import HandDesk
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
+from formiga_bt.services.once import Once, digest_of
 from formiga_bt.services.order_taker import OrderTaker, ask
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import shown
@@ -51,9 +49,6 @@ from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.places import StepPlaces
 from formiga_bt.transport.desk import DeskTransport
-
-KEYS_KEPT: Final = 10_000
-"""Idempotency keys remembered."""
 
 
 class Waits(NamedTuple):
@@ -75,15 +70,6 @@ class Driver(OrderTaker, Protocol):
     def now(self) -> Micros:
         """Return the engine time."""
         ...
-
-
-class _Keyed:
-    """A request with an idempotency key: what it was, and what became of it."""
-
-    def __init__(self, digest: str) -> None:
-        self.digest = digest
-        self.lock = threading.Lock()
-        self.task_id = ""
 
 
 class ServiceOrders:
@@ -121,8 +107,11 @@ class ServiceOrders:
         self._tasks = tasks
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self._places: dict[tuple[str, str], StepPlaces] = {}
-        self._keys: OrderedDict[str, _Keyed] = OrderedDict()
-        self._keys_lock = threading.Lock()
+        self._once = Once[str]()
+        with view.reading() as state:
+            for one in state.tasks.values():
+                if one.request.key:
+                    self._once.know(one.request.key, one.request.asked, one.id)
         self.stops = Stops(self.ask, view, site, driver.now, catalogue)
         self.by_hand = HandDesk(self.ask, view)
         self.alarms = AlarmDesk(self.ask, view, driver.now)
@@ -144,7 +133,7 @@ class ServiceOrders:
         waits: Waits = UNSAID,
         files: tuple[ValueFile, ...] = (),
     ) -> str:
-        """Request a task; return its id. The same `key` again returns the same id, and starts nothing.
+        """Request a task; return its id. The same `key` (`once.key_of`) again returns the same id, and starts nothing.
 
         `bundle`: of the version that is meant; empty: the newest. `waits`: how long it may be PENDING. `files`: in which
         further parameters stand.
@@ -153,24 +142,10 @@ class ServiceOrders:
             Refused: unknown task, its file is not served, bad parameters, busy, draining, or the key came with another
                 request.
         """
-        if not key:
-            return self._submit(name, params, priority, by, bundle, waits, files)
-        asked = json.dumps([name, params, priority, by, bundle, *waits, *files], sort_keys=True, default=str)
-        digest = hashlib.sha256(asked.encode()).hexdigest()
-        with self._keys_lock:
-            entry = self._keys.setdefault(key, _Keyed(digest))
-            if len(self._keys) > KEYS_KEPT:
-                self._keys.popitem(last=False)
-        if entry.digest != digest:
-            raise Refused(
-                "idempotency_conflict",
-                f"the Idempotency-Key {key!r} came with another request before",
-                "use a new key for each new request",
-            )
-        with entry.lock:
-            if not entry.task_id:
-                entry.task_id = self._submit(name, params, priority, by, bundle, waits, files)
-            return entry.task_id
+        digest = digest_of(name, params, priority, by, bundle, waits, files) if key else ""
+        return self._once.do(
+            key, digest, lambda: self._submit(name, params, priority, by, bundle, waits, files, key, digest)
+        )
 
     def _submit(
         self,
@@ -181,6 +156,8 @@ class ServiceOrders:
         bundle: str,
         waits: Waits,
         files: tuple[ValueFile, ...],
+        key: str,
+        digest: str,
     ) -> str:
         if self.closed_for:
             raise Refused(
@@ -204,7 +181,7 @@ class ServiceOrders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        reply = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits))
+        reply = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits, key=key, asked=digest))
         assert isinstance(reply, Accepted)
         self._view.catch_up()
         return reply.task

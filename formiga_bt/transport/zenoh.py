@@ -21,6 +21,7 @@ import zenoh
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES, WireSetup
 from formiga_bt.transport.attachments import KeepsFiles
+from formiga_bt.transport.calls import AnswersCalls
 from formiga_bt.transport.codec import (
     FRAME_LIMIT,
     Asked,
@@ -55,6 +56,7 @@ from formiga_bt.transport.messages import (
     TransportEvent,
     UpdateRequest,
 )
+from formiga_bt.transport.zenoh_calls import CallDesk
 from formiga_bt.transport.zenoh_files import FileDesk
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
@@ -130,6 +132,8 @@ class ZenohTransport:
 
     name = "zenoh"
     guarantees = GUARANTEES
+    binds_names = False
+    """Whoever reaches the endpoint may use any key."""
 
     def __init__(
         self,
@@ -154,6 +158,7 @@ class ZenohTransport:
         self._closed = True
         self._site_raw = b""
         self._files = FileDesk()
+        self._calls = CallDesk()
 
     @property
     def endpoint(self) -> str:
@@ -170,6 +175,8 @@ class ZenohTransport:
             raise TransportError("the zenoh transport is open already")
         self._wake = wake
         self._closed = False
+        self._files.open()
+        self._calls.open()
         wanted = self._listen
         self._listen = free_endpoint(wanted)
         session = open_session(
@@ -187,6 +194,7 @@ class ZenohTransport:
                 session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
                 session.declare_queryable(SITE_KEY, on_network_thread(self._tell_site)),
                 session.declare_queryable(f"{FILES_KEY}/*", on_network_thread(self._files.take)),
+                *(session.declare_queryable(key, on_network_thread(self._calls.take)) for key in self._calls.keys),
                 session.liveliness().declare_token(ENGINE_KEY),
             ]
         except zenoh.ZError as error:
@@ -197,6 +205,7 @@ class ZenohTransport:
         """Close the session; takes at most 2 s."""
         self._closed = True
         self._files.close()
+        self._calls.close()
         session, self._session = self._session, None
         self._kept = []
         if session is not None:
@@ -250,6 +259,10 @@ class ZenohTransport:
     def keep_files(self, store: KeepsFiles) -> None:
         """Say who keeps the bytes of attachments."""
         self._files.store = store
+
+    def serve_calls(self, desk: AnswersCalls, *, bare: bool) -> None:
+        """Say who answers programs that call services; before `open`."""
+        self._calls.serve(desk, bare=bare)
 
     def publish_site(self, message: SiteMessage) -> None:
         """Publish the site, and answer with it whoever asks."""

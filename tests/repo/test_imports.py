@@ -29,5 +29,6 @@ def test_every_wire_is_kept_out_of_the_engine() -> None:
         "codec",
         "agent_side",
         "attachments",
+        "calls",
     }
     assert [wire for wire in sorted(wires) if f"formiga_bt.transport.{wire}" not in contracts] == []

@@ -35,6 +35,10 @@ class Submit(Struct, frozen=True, tag=True):
     """The longest time PENDING, instead of the task's own."""
     cause: RuleCause | None = None
     """The standing rule that requests it; no caller from outside can say so."""
+    key: str = ""
+    """Of a request that may be sent again, and whose it is: `services.once` keeps that it starts one task."""
+    asked: str = ""
+    """A digest of what it asked for."""
 
 
 class Serve(Struct, frozen=True, tag=True):

@@ -272,6 +272,10 @@ class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A restart begins with them."""
     cause: RuleCause | None = None
     """The standing rule that requested it, or the first task of its family."""
+    key: str = ""
+    """With which it was requested: the same request once more is answered with this task, also after a start."""
+    asked: str = ""
+    """A digest of that request."""
 
 
 class TaskFamily(Struct, frozen=True, kw_only=True, omit_defaults=True):

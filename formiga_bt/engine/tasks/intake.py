@@ -61,6 +61,8 @@ class Intake:
                 expires=request.expires,
                 params=dict(request.params),
                 cause=request.cause,
+                key=request.key,
+                asked=request.asked,
             ),
             family=family,
             times=TaskTimes(submitted_at=core.now),

@@ -48,6 +48,7 @@ from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.members import Members
 from formiga_bt.services.not_served import NotServed
+from formiga_bt.services.once import key_of
 from formiga_bt.services.orders import ServiceOrders, Waits
 from formiga_bt.services.refused import Refused
 from formiga_bt.show import facts as f
@@ -253,7 +254,8 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
         name = speaker(body.by)
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
         files = tuple(ValueFile(one.file, one.text, one.param) for one in body.params_from)
-        task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits, files)
+        key = key_of(SPEAKER.get().name, idempotency_key)
+        task_id = orders.submit(body.task, body.params, body.priority, name, key, body.bundle, waits, files)
         return f.TaskRequested(task_id)
 
     @routes.get("/v1/tasks", "tasks")
@@ -291,8 +293,7 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
         return f.OrderDone(orders.abort(task_id, how, _ender(task_id, by)))
 
     def _ender(task_id: str, said: str) -> str:
-        if not SPEAKER.get().may(Deed.ABORT):
-            require_abort(orders.task(task_id).task.by)
+        require_abort(lambda: orders.task(task_id).task.by)
         return speaker(said)
 
 

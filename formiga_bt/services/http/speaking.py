@@ -4,6 +4,7 @@
 is taken as it is said, since the engine cannot know better. The word of an account is always its own.
 """
 
+from collections.abc import Callable
 from contextvars import ContextVar
 from typing import Final
 
@@ -88,15 +89,15 @@ def require_task(task: str) -> None:
         raise Refused("not_listed", f"{who.name} may request {listed}, and not {task}", "")
 
 
-def require_abort(by: str) -> None:
+def require_abort(requested_by: Callable[[], str]) -> None:
     """Let the end of a task pass: of one's own, or of any with a role for that.
 
     Args:
-        by: who requested the task.
+        requested_by: returns who requested the task; asked only if it matters.
 
     Raises:
         Refused: `no_role`.
     """
     who = SPEAKER.get()
-    if not (who.may(Deed.ABORT_OWN) and by == who.name):
+    if not (who.may(Deed.ABORT) or (who.may(Deed.ABORT_OWN) and requested_by() == who.name)):
         require(Deed.ABORT)
