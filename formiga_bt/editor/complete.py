@@ -80,7 +80,7 @@ def _keys(view: PositionView) -> Iterator[Item]:
     elif isinstance(schema, OptionMapping):
         dash = schema.owner in _LISTED and not _in_item(view) and not at.flow
         for order, option in enumerate(schema.options):
-            if option.available and option.name not in others:
+            if option.name not in others:
                 yield _option(view, option, 1 if option.required else 2 + order / 100, dash=dash)
     elif isinstance(schema, FreeMapping):
         yield from _free_keys(view, schema, others)
@@ -111,9 +111,8 @@ def _step_keys(view: PositionView, others: Mapping[str, str]) -> Iterator[Item]:
 
 def _kinds(view: PositionView, *, dash: bool) -> Iterator[Item]:
     for order, kind in enumerate(KINDS.values()):
-        if kind.available:
-            text = kind.name if view.at.colon else ("- " if dash else "") + _kind_snippet(view, kind, dash=dash)
-            yield _key_item(view, kind.name, text, "kind", kind.doc, 1 + order / 100)
+        text = kind.name if view.at.colon else ("- " if dash else "") + _kind_snippet(view, kind, dash=dash)
+        yield _key_item(view, kind.name, text, "kind", kind.doc, 1 + order / 100)
 
 
 def _kind_snippet(view: PositionView, kind: StepKind, *, dash: bool) -> str:

@@ -220,7 +220,7 @@ def options_of(kind: StepKind | None) -> tuple[Option, ...]:
     """Return what a step of a kind may hold, its own key first; of an unknown kind only the modifiers."""
     if kind is None:
         return MODIFIERS
-    own = Option(kind.name, kind.form, kind.doc, kind.type, required=True, available=kind.available)
+    own = Option(kind.name, kind.form, kind.doc, kind.type, required=True)
     return (own, *kind.options, *MODIFIERS)
 
 

@@ -38,7 +38,7 @@ class _Maker:
     def definitions(self) -> Schema:
         """Return what the schema refers to."""
         actions = [spec for name, spec in self._catalogue.actions.items() if not spec.cuts and name != CONFIRM]
-        kinds = [kind for kind in KINDS.values() if kind.available and kind.name != "do"]
+        kinds = [kind for kind in KINDS.values() if kind.name != "do"]
         branches = [f"do_{spec.name}" for spec in actions] + [f"step_{kind.name}" for kind in kinds]
         found: Schema = {
             "step": {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in branches]},
@@ -53,7 +53,7 @@ class _Maker:
 
     def object(self, options: Iterable[Option], more: Schema | None = None) -> Schema:
         """Return a closed object with these options."""
-        options = [option for option in options if option.available]
+        options = list(options)
         return _closed(
             {**(more or {}), **{option.name: self._option(option) for option in options}},
             [*(more or {}), *(option.name for option in options if option.required)],
@@ -102,7 +102,7 @@ class _Maker:
     def _action(self, spec: ActionSpec) -> Schema:
         fields = {field_key(name): {"$ref": "#/$defs/value"} for name in spec.fields}
         must = [field_key(n) for n, f in spec.fields.items() if not f.optional and f.default is None]
-        options = [o for o in (*KINDS["do"].options, *MODIFIERS) if o.available and o.name != "with"]
+        options = [o for o in (*KINDS["do"].options, *MODIFIERS) if o.name != "with"]
         rest = {option.name: self._option(option) for option in options}
         schema = _closed(
             {"action": {"const": spec.name}, "agent": _STRING, **fields, **rest}, ["action", "agent", *must]

@@ -112,7 +112,7 @@ class _Maker:
 
     def _object(self, options: Iterable[Option], *, required: Iterable[str] | None = None) -> Schema:
         """Return a closed object with these options."""
-        options = [option for option in options if option.available]
+        options = list(options)
         must = [option.name for option in options if option.required] if required is None else list(required)
         schema: Schema = {
             "type": "object",
@@ -185,18 +185,16 @@ class _Maker:
 
     def _step(self) -> Schema:
         """Return the one step object: every key of every kind, and that one kind must be there."""
-        kinds = [kind for kind in KINDS.values() if kind.available]
         properties: Schema = {}
         merged: dict[str, list[tuple[str, Option]]] = {}
-        for kind in kinds:
+        for kind in KINDS.values():
             special = self._special(kind.name, kind.form)
             properties[kind.name] = {
                 "description": _said_of(kind),
                 **(special if special is not None else self._form(kind.form, kind)),
             }
             for option in kind.options:
-                if option.available:
-                    merged.setdefault(option.name, []).append((kind.name, option))
+                merged.setdefault(option.name, []).append((kind.name, option))
         for name, uses in merged.items():
             if name not in properties:
                 properties[name] = self._merged(uses)
@@ -206,7 +204,7 @@ class _Maker:
             "type": "object",
             "additionalProperties": False,
             "properties": properties,
-            "anyOf": [{"required": [kind.name]} for kind in kinds],
+            "anyOf": [{"required": [kind.name]} for kind in KINDS.values()],
             "allOf": [self._fields_of(name) for name in self._actions],
         }
 

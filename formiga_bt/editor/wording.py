@@ -73,8 +73,7 @@ def about_option(option: Option, owner: str) -> str:
     shown = type_words(option)
     head = f"**{option.name}**: {shown}{needs}" if shown else f"**{option.name}**{needs}"
     keys = "".join(f"\n- `{key.name}`: {type_words(key)}. {key.doc}" for key in option.keys)
-    later = "" if option.available else "\n\nNot in this version yet."
-    return f"{head}\n\n{option.doc}{later}{keys}\n\n*{owner}*"
+    return f"{head}\n\n{option.doc}{keys}\n\n*{owner}*"
 
 
 def about_kind(kind: StepKind) -> str:
@@ -82,8 +81,7 @@ def about_kind(kind: StepKind) -> str:
     options = "".join(
         f"\n- `{o.name}`: {type_words(o)}{', required' if o.required else ''}. {o.doc}" for o in kind.options
     )
-    later = "" if kind.available else "\n\nNot in this version yet."
-    return f"**{kind.name}**: {kind.type or _FORMS.get(kind.form, '')}\n\n{kind.doc}{later}{options}"
+    return f"**{kind.name}**: {kind.type or _FORMS.get(kind.form, '')}\n\n{kind.doc}{options}"
 
 
 def about_action(spec: ActionSpec) -> str:

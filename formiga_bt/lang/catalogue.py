@@ -41,6 +41,7 @@ from formiga_bt.lang.text.reading import (
     read_text,
     read_word,
     read_words,
+    why_unreadable,
 )
 from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import Type
@@ -143,7 +144,7 @@ class _CatalogueReader:
         try:
             text = self._read(path)
         except (OSError, UnicodeDecodeError) as error:
-            self.problems.add("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")
+            self.problems.add("E008", Mark(file, 1, 1), f"the file cannot be read: {why_unreadable(error)}")
             return
         self.shelf.sources[file] = text
         self._texts.append(text)

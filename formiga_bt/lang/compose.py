@@ -15,6 +15,7 @@ from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site import load_site_text
 from formiga_bt.lang.site.catalogues import catalogue_files
 from formiga_bt.lang.site.libraries import library_folders
+from formiga_bt.lang.text.reading import why_unreadable
 
 
 class Composed(Struct, frozen=True):
@@ -45,7 +46,7 @@ def compose(
     try:
         text = read(site) if site is not None and text is None else text
     except (OSError, UnicodeDecodeError) as error:
-        problems.append(Diagnostic("E008", Mark(str(site), 1, 1), f"the file cannot be read: {error}"))
+        problems.append(Diagnostic("E008", Mark(str(site), 1, 1), f"the file cannot be read: {why_unreadable(error)}"))
     files = catalogue_files(text or "", str(site), more)
     libraries = library_folders(text or "", str(site))
     catalogue, found, sources = load_catalogue(files, read=read, libraries=libraries)

@@ -14,7 +14,16 @@ from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar, parse_file
-from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, read_name, read_text, read_words, shorten
+from formiga_bt.lang.text.reading import (
+    Problems,
+    did_you_mean,
+    read_mapping,
+    read_name,
+    read_text,
+    read_words,
+    shorten,
+    why_unreadable,
+)
 from formiga_bt.lang.text.synonyms import nearest
 
 LANGUAGE_VERSION = 1
@@ -176,7 +185,7 @@ class Shelf:
         try:
             text = self._read(path)
         except (OSError, UnicodeDecodeError) as error:
-            self.problems.add("E008", at.mark, f"'{at.text}' cannot be read: {_reason(error)}")
+            self.problems.add("E008", at.mark, f"'{at.text}' cannot be read: {why_unreadable(error)}")
             return None
         with self.problems.outermost():
             return self.open_text(text, file, path.parent, library=True)
@@ -247,7 +256,3 @@ def _first_line(root: Mapping_) -> Fix | None:
     if (key.line, key.col) != (root.mark.line, 1):
         return None
     return Fix(Mark(key.file, key.line, 1, key.line, 1), f"formiga: {LANGUAGE_VERSION}\n")
-
-
-def _reason(error: Exception) -> str:
-    return (error.strerror or "no such file") if isinstance(error, OSError) else "it is not UTF-8 text"

@@ -1,6 +1,6 @@
 """Mappings read by their tables of options (`lang.kinds.Option`): the one reader of the keys of every file of ours.
 
-`read_keys` reports unknown, unavailable and missing keys and returns `Keys`, whose values are read as the table says: words
+`read_keys` reports unknown and missing keys and returns `Keys`, whose values are read as the table says: words
 that may stand there, units, limits, and what holds where nothing is written. `read_root` begins with a whole file.
 """
 
@@ -26,6 +26,7 @@ from formiga_bt.lang.text.reading import (
     read_word,
     read_words,
     shorten,
+    why_unreadable,
 )
 from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for
 
@@ -160,7 +161,7 @@ def text_of(path: Path, problems: Problems) -> str | None:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        problems.add("E008", Mark(str(path), 1, 1), f"the file cannot be read: {error}")
+        problems.add("E008", Mark(str(path), 1, 1), f"the file cannot be read: {why_unreadable(error)}")
         return None
 
 
@@ -192,7 +193,7 @@ def _beyond(option: Option, value: float) -> str:
 
 
 def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, owner: str) -> Keys:
-    """Return the entries of a mapping by key, having reported unknown, unavailable and missing keys.
+    """Return the entries of a mapping by key, having reported unknown and missing keys.
 
     A misspelt key counts as the one that was meant, so that one mistake is one diagnostic.
 
@@ -210,10 +211,8 @@ def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, 
         option = known.get(key)
         if option is None:
             meant = unknown_key(entry.key, known, problems, owner, taken=[e.key.text for e in mapping.entries])
-            if meant and known[meant].available:
+            if meant:
                 found.setdefault(meant, entry)
-        elif not option.available:
-            problems.add("E004", entry.key.mark, f"'{key}' is part of the language but not of this version yet")
         elif key not in found:
             found[key] = entry
     for option in known.values():
@@ -229,7 +228,7 @@ def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: st
     names = [name for name in known if name not in taken]
     meant = key_for(key.text, names)
     guess = f"; did you mean '{meant}'?" if meant else ""
-    help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
+    help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}" if names else "take it out")
     sure = meant and (KEY_SYNONYMS.get(key.text) == meant or is_sure(key.text, meant, names))
     fix = fix_word(key, meant) if sure and key.text not in BY_HAND else None
     missing, mended = in_text(key.text) if not key.quoted else ("", "")

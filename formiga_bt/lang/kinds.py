@@ -1,8 +1,7 @@
 """The one table of step kinds, their options, and the keys of every other mapping of a task file.
 
-The validator, the docs and the editor and LLM schemas all read it, so that a key exists in one place only. A kind or
-option with `available=False` belongs to the language but not to this version: it is refused with its own words, not as
-"unknown". `form` says what a value may be; `docs/reference.md` shows them all.
+The validator, the docs and the editor and LLM schemas all read it, so that a key exists in one place only. `form`
+says what a value may be; `docs/reference.md` shows them all.
 """
 
 from collections.abc import Mapping
@@ -42,7 +41,6 @@ class Option(Struct, frozen=True):
     keys: tuple["Option", ...] = ()
     """Of `options`."""
     required: bool = False
-    available: bool = True
     like: str = ""
     """A value as an example, where it is required."""
     default: float | str | None = None
@@ -62,7 +60,6 @@ class StepKind(Struct, frozen=True):
     doc: str
     options: tuple[Option, ...] = ()
     type: str = ""
-    available: bool = True
 
     def option(self, name: str) -> Option | None:
         """Return the option called `name`, or None."""

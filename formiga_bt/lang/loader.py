@@ -37,7 +37,7 @@ from formiga_bt.lang.steps.roles import read_roles, read_vars
 from formiga_bt.lang.steps.step import read_steps
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.text.document import Entry, Node
-from formiga_bt.lang.text.reading import Problems, read_flag, read_text, read_word, shorten
+from formiga_bt.lang.text.reading import Problems, read_flag, read_text, read_word, shorten, why_unreadable
 from formiga_bt.lang.types import not_held
 from formiga_bt.lang.walk import size
 from formiga_bt.lang.world import World, agent_types_of
@@ -78,10 +78,12 @@ def load_task(
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        problem = Diagnostic("E008", Mark(str(path), 1, 1), f"the file cannot be read: {error.strerror or error}")
+        problem = Diagnostic("E008", Mark(str(path), 1, 1), f"the file cannot be read: {why_unreadable(error)}")
         return Loaded(None, [problem])
     except UnicodeDecodeError:
-        return Loaded(None, [Diagnostic("E001", Mark(str(path), 1, 1), "the file is not UTF-8 text")])
+        return Loaded(
+            None, [Diagnostic("E001", Mark(str(path), 1, 1), "the file is not UTF-8 text", "save it as UTF-8")]
+        )
     return load_task_text(text, str(path), catalogue=catalogue, site=site, library=library, folder_=path.parent)
 
 

@@ -1,4 +1,4 @@
-"""The pages of `docs/errors.md` and `docs/reasons.md`, which ship with formiga: what a code means, why, and an example.
+"""The pages of `docs/errors.md`, `docs/messages.md` and `docs/reasons.md`, which ship with formiga: what a code means and says.
 
 Called by `formiga explain`, `formiga check --sarif` and the tests that run every example through the checker.
 """
@@ -13,6 +13,8 @@ from formiga_bt.base.packaged import folder
 _ROW: Final = re.compile(r"^\| ([EW]\d{3}) \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 _SECTION: Final = re.compile(r"^## ([EW]\d{3})\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 _FENCE: Final = re.compile(r"^```yaml (wrong|right)(?: (\w+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_GROUP: Final = re.compile(r"^(In [^\n]*):\n\n```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_MESSAGE: Final = re.compile(r"^(\S.*)\n(?:    (.*)\n)?", re.MULTILINE)
 _ROLE: Final = re.compile(r"`(\w+)` [^`,]*\(`(\w+)`\)")
 _TABLE_ROW: Final = re.compile(r"^\| (`[^|]+`(?:, `[^|]+`)*) \| (.*) \|$")
 
@@ -41,6 +43,17 @@ class CodePage:
 
 
 @dataclass(frozen=True, slots=True)
+class CodeMessage:
+    """What the checker says in a certain case."""
+
+    where: str
+    """In which files: `In a task`."""
+    text: str
+    """With the names of an example."""
+    helps: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Reason:
     """What a reason code means: `group` is the question that its table answers."""
 
@@ -60,6 +73,18 @@ def pages() -> dict[str, CodePage]:
         examples = {which: PageExample(inside, of) for which, of, inside in _FENCE.findall(body)}
         found[code] = CodePage(code, wrong_is, helps, body, examples.get("wrong"), examples.get("right"))
     return found
+
+
+@cache
+def messages() -> dict[str, tuple[CodeMessage, ...]]:
+    """Return what the checker says under each code, each once."""
+    text = (folder("docs") / "messages.md").read_text(encoding="utf-8")
+    return {
+        code: tuple(
+            CodeMessage(where, *said) for where, lines in _GROUP.findall(body) for said in _MESSAGE.findall(lines)
+        )
+        for code, body in _SECTION.findall(text)
+    }
 
 
 def summaries() -> dict[str, str]:

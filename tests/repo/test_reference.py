@@ -59,16 +59,16 @@ def needs(option: Option) -> str:
 
 
 def keys(options: Iterable[Option]) -> str:
-    rows = [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in options if o.available]
+    rows = [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in options]
     return "\n".join(["| key | takes | |", "|---|---|---|", *rows])
 
 
 def step_kinds() -> str:
     rows = []
-    for kind in (kind for kind in KINDS.values() if kind.available):
+    for kind in KINDS.values():
         own = Option(kind.name, kind.form, kind.doc, type=kind.type)
         rows.append(f"| **`{kind.name}`** | {takes(own)} | {kind.doc} |")
-        rows += [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in kind.options if o.available]
+        rows += [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in kind.options]
     return "\n".join(["| kind, its options | takes | |", "|---|---|---|", *rows])
 
 

@@ -72,7 +72,9 @@ def test_the_wheel_makes_a_site_whose_first_task_flies(installed: Path, tmp_path
 
 
 def test_the_wheel_explains_codes_and_prints_schemas(installed: Path, tmp_path: Path) -> None:
-    assert "Wrong:" in formiga(installed, tmp_path, "explain", "E031").stdout
+    page = formiga(installed, tmp_path, "explain", "E031").stdout
+    assert "Wrong:" in page
+    assert "can still be airborne" in page
     assert "Why a task ended" in formiga(installed, tmp_path, "explain", "no_agent").stdout
     assert "drone.GoTo" in formiga(installed, tmp_path, "schema", "--editor").stdout
 

@@ -5,14 +5,14 @@ from typing import Annotated
 import typer
 
 from formiga_bt.cli.inputs import UnusableFile
-from formiga_bt.lang.pages import CodePage, Reason, pages, reasons, reasons_of
+from formiga_bt.lang.pages import CodePage, Reason, messages, pages, reasons, reasons_of
 
 
 def command(
     code: Annotated[str, typer.Argument(help="A code of the checker (E030), or of a reason (no_clearance).")] = "",
     all_: Annotated[bool, typer.Option("--list", help="List all codes, a line each.")] = False,
 ) -> None:
-    """Explain a code: what is wrong, why it matters, an example wrong and right; or what a reason means.
+    """Explain a code: what is wrong, why, an example wrong and right, all messages with what helps; or what a reason means.
 
     Exit code 2: there is no such code.
     """
@@ -46,7 +46,19 @@ def _page(page: CodePage) -> str:
             fenced = not fenced
         else:
             lines.append(f"    {line}" if fenced and line else line)
-    return "\n".join(lines)
+    return "\n".join([*lines, *_messages(page.code)])
+
+
+def _messages(code: str) -> list[str]:
+    """Return the lines of all messages of a code."""
+    lines = ["", f"Messages of {code}, each with what helps; names and numbers are those of examples."]
+    where = ""
+    for one in messages().get(code, ()):
+        if one.where != where:
+            lines += ["", f"{one.where}:", ""]
+            where = one.where
+        lines += [f"    {one.text}", *([f"        {one.helps}"] if one.helps else [])]
+    return lines
 
 
 def _reason(reason: Reason) -> str:

@@ -87,7 +87,7 @@ def _place(
     by_name = {arg.name: arg for arg in helper.args}
     rest = bool(helper.args) and helper.args[-1].rest
     if len(positional) > len(helper.args) and not rest:
-        said = f"{helper.name} takes {len(helper.args)} arguments, not {len(positional)}"
+        said = f"{helper.name} takes {len(helper.args)} argument{'s' * (len(helper.args) != 1)}, not {len(positional)}"
         return Mismatch("E012", said, mend)
     for index, value in enumerate(positional):
         pairs.append((helper.args[min(index, len(helper.args) - 1)], value))

@@ -229,7 +229,7 @@ class ExpressionChecker(Operands):
 
     def _index(self, node: ast.Subscript) -> Typed:
         base = self.visit(node.value)
-        if isinstance(node.slice, (ast.Slice, ast.Tuple)):
+        if isinstance(node.slice, ast.Tuple):
             return self.bad(node, "E009", "a list is read one item at a time", "write list[0]", reads=base.reads)
         index = self.visit(node.slice)
         if poisoned(base, index):
@@ -269,8 +269,7 @@ class ExpressionChecker(Operands):
         keywords: dict[str, Typed] = {}
         for keyword in node.keywords:
             value = self.visit(keyword.value)
-            if keyword.arg is None:
-                return self.bad(node, "E009", "'**' is not part of the language")
+            assert keyword.arg is not None, "'**' is no token of the language"
             keywords[self.parsed.token(keyword.arg).text] = value
         parts = [*positional, *keywords.values()]
         forms = self.scope.helpers.forms(token.text)

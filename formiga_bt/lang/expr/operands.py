@@ -40,10 +40,8 @@ class Operands(Parts):
 
     def binary(self, node: ast.BinOp) -> Typed:
         """Check arithmetic."""
-        op = SYMBOLS.get(type(node.op))
+        op = SYMBOLS[type(node.op)]
         left, right = self.visit(node.left), self.visit(node.right)
-        if op is None:
-            return self.bad(node, "E009", "this operator is not part of the language", "+ - * / //")
         type_ = arithmetic(op, left.type, right.type)
         if type_ is None:
             self._no_arithmetic(node, op, left, right)

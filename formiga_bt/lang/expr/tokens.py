@@ -178,7 +178,7 @@ def rough_tokens(text: str) -> list[Token]:
 
 
 def _explain(error: BaseException, tokens: list[Token], starts: tuple[int, ...]) -> ExprSyntax:
-    if not isinstance(error, SyntaxError) or error.offset is None:
+    if not isinstance(error, SyntaxError) or error.offset is None or "nested" in error.msg:
         return ExprSyntax(tokens[0].start, tokens[-1].end, "this expression is nested too deep", "split it with vars:")
     last = tokens[-1]
     if error.offset - 1 > starts[-1] or (last.kind in ("word", "op") and last.text not in (")", "]")):
@@ -301,9 +301,11 @@ def _replaced(source: str, old: str, new: str) -> str:
     return " ".join(source.replace(old, f" {new} ").split())
 
 
-def _time_help(source: str, colon: int) -> str:
-    """Return how a time is written in an expression, if the colon stands between digits."""
-    if "[" in source or not (source[:colon][-2:].isdecimal() and source[colon + 1 : colon + 3].isdecimal()):
+def _colon_help(source: str, colon: int) -> str:
+    """Return what was meant by a colon: one item of a list, or, between digits, a time."""
+    if "[" in source:
+        return "a list is read one item at a time: write list[0]"
+    if not (source[:colon][-2:].isdecimal() and source[colon + 1 : colon + 3].isdecimal()):
         return ""
     if source[:colon][-3:-2] == "T":
         return "give a date as a parameter of type time, or write today('06:30')"
@@ -323,7 +325,7 @@ def _strange(source: str, text: str, start: int, end: int) -> ExprSyntax:
     if text in "&|~^":
         return ExprSyntax(start, end, f"'{text}' is not part of the language", "use and, or, not")
     if text == ":":
-        return ExprSyntax(start, end, "':' is not part of an expression", _time_help(source, start))
+        return ExprSyntax(start, end, "':' is not part of an expression", _colon_help(source, start))
     if text in "{}":
         return ExprSyntax(start, end, f"'{text}' is not part of an expression", "lists stand in [ ]")
     return ExprSyntax(start, end, f"the character '{text}' is not part of an expression", "")

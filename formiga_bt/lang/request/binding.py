@@ -251,7 +251,7 @@ def _unknown(task: Task, name: str, mark: Mark, names: list[str]) -> Diagnostic:
 
 def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) -> tuple[Any, list[Diagnostic]]:
     if param.type.name == "text":
-        return text, []  # as it is: what a person types is no YAML
+        return text, _out_of_range(param, text, site, Mark(file, 1, 1), now)  # as it is: what a person types is no YAML
     degrees = _LAT_LNG.fullmatch(text) if param.type.name == "place" else None
     yaml = f"{{lat: {degrees[1]}, lng: {degrees[2]}}}" if degrees else text
     node, problems = parse(yaml, file)

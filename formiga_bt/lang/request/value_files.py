@@ -24,7 +24,7 @@ from formiga_bt.lang.model import Param
 from formiga_bt.lang.request import geojson
 from formiga_bt.lang.request.tables import read_table
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.text.reading import Problems, did_you_mean, quoted_list, read_text, shorten
+from formiga_bt.lang.text.reading import Problems, did_you_mean, quoted_list, read_text, shorten, why_unreadable
 from formiga_bt.lang.types import PLACE, Type
 
 SUFFIXES: Final = (".csv", ".geojson", ".json", ".yaml", ".yml")
@@ -51,7 +51,7 @@ def read_value_file(path: Path, param: str = "") -> ValueFile | str:
             return f"{path} is larger than {MOST_FILE_BYTES:,} bytes"
         return ValueFile(str(path), path.read_text(encoding="utf-8-sig"), param)
     except (OSError, ValueError) as error:
-        return f"{path} cannot be read: {error.strerror if isinstance(error, OSError) else 'it is not UTF-8 text'}"
+        return f"{path} cannot be read: {why_unreadable(error)}"
 
 
 def read_params_from(node: Node, folder: Path, problems: Problems) -> list[ValueFile]:

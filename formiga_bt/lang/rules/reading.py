@@ -23,7 +23,16 @@ from formiga_bt.lang.rules.keys import FOLDER, RULE, RULES_FILE
 from formiga_bt.lang.rules.on import Heard, read_on
 from formiga_bt.lang.steps.requests import read_args, task_params
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, read_name, read_words, shorten
+from formiga_bt.lang.text.reading import (
+    Problems,
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_name,
+    read_words,
+    shorten,
+    why_unreadable,
+)
 from formiga_bt.lang.text.synonyms import nearest, surely
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.world import World
@@ -80,7 +89,7 @@ class Rules:
         try:
             self.sources[name] = text = self._read(path)
         except (OSError, UnicodeDecodeError) as error:
-            self._problems.add("E008", Mark(name, 1, 1), f"the file cannot be read: {error}")
+            self._problems.add("E008", Mark(name, 1, 1), f"the file cannot be read: {why_unreadable(error)}")
             return ()
         begin = "formiga_rules: 1"
         keys = read_root(text, name, RULES_FILE, self._problems, what="rules", owner="a file of rules", begin=begin)

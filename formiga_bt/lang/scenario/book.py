@@ -70,8 +70,9 @@ class Book:
     def nobody(self, at: Scalar, known: Sequence[str], who: str = "agent") -> None:
         """Report that the scenario has nobody of that name."""
         what = f"no {who} of this scenario is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
-        meant = surely(at.text, known)
-        self.problems.add("E010", at.mark, what, f"{who}s: {quoted_list(known) or 'none'}", fix_word(at, meant))
+        whom = " or ".join(f"{word}s" for word in who.split(" or "))
+        help_ = f"{whom}: {quoted_list(known) or 'none'}"
+        self.problems.add("E010", at.mark, what, help_, fix_word(at, surely(at.text, known)))
 
     def way(self, keys: Keys, key: str) -> tuple[Place, ...]:
         """Return the places of a way on the ground."""

@@ -192,18 +192,15 @@ def _check_ceilings(
 def _highest(site: Site, types: Iterable[AgentType]) -> tuple[float, str]:
     """Return the height that no type may fly above, metres over the ground, and whose limit that is; inf = there is none."""
     limits = [ceiling("max_height", agent_type, site.envelope, {}) for agent_type in types]
-    return max(limits, default=(float("inf"), ""), key=lambda one: one[0])
+    return max(
+        limits, default=(site.envelope.get(key_of("max_height"), float("inf")), "this site"), key=lambda one: one[0]
+    )
 
 
 def _check_layer(site: Site, height: float, mark: Mark, types: Iterable[AgentType], problems: Problems) -> None:
     limit, owner = _highest(site, types)
     if height > limit:
         what = f"layer {_m(height)} is above the limit of {_m(limit)} for {owner}"
-        problems.add("E082", mark, what, "lower it; nothing may fly there")
-        return
-    limit = site.envelope.get(key_of("max_height"), float("inf"))
-    if height > limit:
-        what = f"layer {_m(height)} is above the limit of {_m(limit)} for this site"
         problems.add("E082", mark, what, "lower it; nothing may fly there")
         return
     least = site.relief_m + _least_clearance(site, types)

@@ -183,7 +183,7 @@ def _label(node: Mapping_, kind: StepKind) -> str:
 
 
 def _find_kind(body: Body, node: Mapping_) -> StepKind | None:
-    """Return the step's one kind, if this version has it."""
+    """Return the step's one kind; None if it has none, or (reported) several."""
     present = [entry for entry in node.entries if entry.key.text in KINDS]
     options = {option.name for entry in present for option in KINDS[entry.key.text].options}
     kinds = [entry for entry in present if entry.key.text not in options] or present
@@ -194,10 +194,6 @@ def _find_kind(body: Body, node: Mapping_) -> StepKind | None:
         names = " and ".join(entry.key.text for entry in kinds)
         help_ = "begin a new step with '- ' before the second"
         body.problems.add("E005", kinds[1].key.mark, f"a step has one kind, this has {names}", help_)
-        return None
-    if not kind.available:
-        what = f"'{kind.name}' is part of the language but not of this version yet"
-        body.problems.add("E006", kinds[0].key.mark, what)
         return None
     return kind
 
@@ -238,11 +234,11 @@ def _mended(body: Body, node: Mapping_) -> Mapping_:
     meant = kind_for(key.text, KINDS)
     guess = f"; did you mean '{meant}'?" if meant else ""
     order = "" if meant else as_order(body, key.text)
-    known = f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}"
+    known = f"steps: {', '.join(KINDS)}"
     help_ = ADVICE.get(key.text, "" if meant else f"it is an action, write: {order}" if order else known)
     what = f"'{shorten(key.text)}' is not a step{guess}"
     body.problems.add("E006", key.mark, what, help_, _fix_kind(node, key, meant))
-    if not meant or not KINDS[meant].available:
+    if not meant:
         return node
     mended = (Entry(replace(key, text=meant), e.value) if e.key is key else e for e in node.entries)
     return Mapping_(tuple(mended), node.mark)

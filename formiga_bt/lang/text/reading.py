@@ -22,6 +22,11 @@ IDENTIFIER: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _SI_UNIT: Final = {"duration": "s", "distance": "m", "speed": "m/s", "percent": "%", "angle": "deg", "mass": "kg"}
 
 
+def why_unreadable(error: OSError | ValueError) -> str:
+    """Return why a file could not be read as text, in words."""
+    return (error.strerror or "no such file") if isinstance(error, OSError) else "it is not UTF-8 text"
+
+
 class Problems:
     """The diagnostics found so far, and the place in the task in words that new ones get."""
 

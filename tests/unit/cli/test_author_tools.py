@@ -9,6 +9,7 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.rewriting import rewrite
+from formiga_bt.lang.pages import messages
 from tests.golden import Wording, having
 
 BAD = "formiga: 1\ntask: Example\nsteps:\n  - sleep: 5 s\n  - wait: 15\n"
@@ -147,7 +148,10 @@ def test_explain_prints_the_page(capsys: pytest.CaptureFixture[str], wording: Wo
 
     assert code == 0
     assert out.startswith("E031: the task")
-    wording(out)
+    page, _, said_of = out.partition("Messages of E031")
+    wording(page)
+    assert len(messages()["E031"]) > 5
+    assert all(one.text in said_of and one.helps in said_of for one in messages()["E031"])
 
 
 def test_explain_knows_reasons_and_lists_everything(capsys: pytest.CaptureFixture[str], wording: Wording) -> None:

@@ -59,8 +59,7 @@ def test_the_likeliest_come_first(old: str, new: str, first: list[str], editor: 
 
 def test_a_new_step_may_be_of_any_kind_and_have_any_modifier(editor: Editor) -> None:
     found = labels(editor, "  - call: ReturnHome", "  - |\n  - call: ReturnHome")
-    available = [kind.name for kind in KINDS.values() if kind.available]
-    assert found == [*available, *(option.name for option in MODIFIERS)]
+    assert found == [*KINDS, *(option.name for option in MODIFIERS)]
 
 
 def test_a_step_offers_the_options_of_its_kind_that_it_has_not(editor: Editor) -> None:
@@ -110,7 +109,7 @@ def test_nothing_is_proposed_in_a_comment(editor: Editor) -> None:
     assert labels(editor, "type: lwd", "type: lwd    # it is |") == []
 
 
-@pytest.mark.parametrize("kind", [kind.name for kind in KINDS.values() if kind.available])
+@pytest.mark.parametrize("kind", list(KINDS))
 @pytest.mark.parametrize("typed", ["  - |", "  |"])
 def test_what_a_kind_inserts_is_yaml(kind: str, typed: str, editor: Editor) -> None:
     item = next(

@@ -240,7 +240,7 @@ def test_names_and_fields_are_read_from_the_environment(text, type_, result):
         ("__import__('os')", ("E012", "__import__", "unknown helper '__import__'")),
         ("drone.fly()", ("E012", "drone.fly()", "only helpers are called; values have fields, no methods")),
         ("above(target)", ("E012", "above(target)", "above misses 'height'")),
-        ("ground(target, n)", ("E012", "ground(target, n)", "ground takes 1 arguments, not 2")),
+        ("ground(target, n)", ("E012", "ground(target, n)", "ground takes 1 argument, not 2")),
         ("first(spot=n)", ("E012", "first(spot=n)", "first has no argument 'spot'")),
         ("is_set(n + 1)", ("E012", "is_set(n + 1)", "is_set takes one name")),
         ("height + 5 s", ("E013", "height + 5 s", "cannot add a distance and a duration")),
@@ -391,11 +391,11 @@ def test_conditions_are_bare_or_wholly_in_braces(wording: Wording):
     [
         ("now > 06:30", "a time of today is written today('06:30')"),
         ("now > 2026-08-20T06:30", "give a date as a parameter of type time, or write today('06:30')"),
-        ("spots[10:12]", ""),
+        ("spots[10:12]", "a list is read one item at a time: write list[0]"),
         ("n : 3", ""),
     ],
 )
-def test_a_time_in_an_expression_is_told_how_it_is_written(text, help_):
+def test_what_was_meant_by_a_colon_is_told(text, help_):
     _, (found,) = compile_cond(scalar(text), SCOPE)
     assert (found.code, found.help) == ("E009", help_)
 

@@ -103,38 +103,6 @@ def test_yaml_holds_one_parameter_or_several() -> None:
     assert bound(ValueFile("x.json", '{"height": "60 m"}'), user="picker_1")[0]["height"] == 60.0
 
 
-WRONG = {
-    "a place outside": table("lat,lng\n66.501,25.7\n67.5,25.7\n"),
-    "a cell of another type": table("depth\n4 m\n\n4 s\n", "depths"),
-    "a bare number": table("id,depths\na,4\n", "depths"),
-    "a row too short": table("lat,lng\n66.5,25.7\n66.5\n"),
-    "no columns of a place": table("id,note\na,b\n"),
-    "an empty cell": table("id,depths\na,\n", "depths"),
-    "a column twice": table("lat,lat\n1,2\n"),
-    "a column without a name": table("lat,\n1,2\n"),
-    "nothing": table(""),
-    "two rows for one": table("lat,lng\n66.5,25.7\n66.5,25.7\n", "target"),
-    "no rows for one": table("lat,lng\n", "target"),
-    "an expression": table("spot\n${base}\n"),
-    "an expression in yaml": ValueFile("day.yaml", "target: ${base}\n"),
-    "a name of nobody": ValueFile("blades.csv", "lat,lng\n66.5,25.7\n"),
-    "a name of nobody in yaml": ValueFile("day.yaml", "targte: camp\n"),
-    "no yaml": ValueFile("day.yaml", "target: {"),
-    "nothing in yaml": ValueFile("day.yaml", ""),
-    "too high": ValueFile("day.yaml", "height: 90 m\n"),
-    "a feature of another shape": ValueFile("target.geojson", feature("MultiPolygon", "[]")),
-    "a feature for a length": ValueFile("height.geojson", POINT),
-    "degrees the wrong way round": ValueFile("target.geojson", feature("Point", "[66.5, 125.7]")),
-    "no numbers": ValueFile("target.geojson", feature("Point", '["x", 1]')),
-    "no features": ValueFile("target.geojson", '{"type": "FeatureCollection"}'),
-}
-
-
-@pytest.mark.parametrize("what", WRONG)
-def test_what_is_wrong_is_told_with_its_row(what: str, wording: Wording) -> None:
-    wording(bound(WRONG[what])[1])
-
-
 def test_what_is_given_twice_is_told(wording: Wording) -> None:
     wording(bound(ValueFile("day.yaml", "target: camp\n"), target="camp")[1])
 

@@ -1,40 +1,21 @@
 """`transports:` is a table of the wires that are installed, and mode real demands what they guarantee."""
 
-from importlib.metadata import EntryPoint, EntryPoints
-
 import pytest
 
 import formiga_bt.base.wires as wires
 from formiga_bt.base.diagnostics import Diagnostic
-from formiga_bt.base.wires import GUARANTEES, WireKind, WireOption
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Site
 from formiga_bt.lang.site import load_site_text
 from formiga_bt.rehearsal.testing import packaged_world
+from tests.unit.lang.museum import WIRES
 
-MQTT = WireKind(
-    name="mqtt",
-    summary="By a broker.",
-    guarantees=("goal_memory", "clearance", "cancel_confirmed"),
-    make=f"{__name__}:nothing",
-    options=(WireOption("broker", "Where it is."), WireOption("keep", "Whether it keeps.", "flag")),
-    check=lambda given, mode: [("broker", "no port", "say HOST:PORT")] if ":" not in str(given.get("broker")) else [],
-)
-OTHER = WireKind(name="other", summary="", guarantees=GUARANTEES, make="")
 REAL = "mode: real\npilots: [{id: anna}]\n"
 
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = EntryPoints(
-        [
-            EntryPoint("mqtt", f"{__name__}:MQTT", wires.GROUP),
-            EntryPoint("odd", f"{__name__}:REAL", wires.GROUP),
-            EntryPoint("gone", "no_such_module:KIND", wires.GROUP),
-            EntryPoint("alias", f"{__name__}:OTHER", wires.GROUP),
-        ]
-    )
-    monkeypatch.setattr(wires, "entry_points", lambda **given: found.select(**given))
+    monkeypatch.setattr(wires, "entry_points", lambda **given: WIRES.select(**given))
 
 
 def read(more: str) -> tuple[Site | None, list[Diagnostic]]:
@@ -57,7 +38,7 @@ def test_a_wire_of_a_package_is_read_by_its_own_options() -> None:
         ("transports: {mqtt: {broker: here}}\n", "E008", "no port"),
         ("transports: {odd: {}}\n", "E140", "WireKind"),
         ("transports: {gone: {}}\n", "E140", "no_such_module"),
-        ("transports: {alias: {}}\n", "E140", "other"),
+        ("transports: {alias: {}}\n", "E140", "calls itself 'zenoh'"),
         ("transports: {mqtt: {broker: a:1}}\n" + REAL, "E140", "epoch, expiry, link_silence, update"),
         ("transports: {mqtt: {broker: a:1}}\naccept_missing: {mqtt: [epoch]}\n" + REAL, "E140", "expiry"),
         ("accept_missing: {zenoh: [epoch]}\n", "E140", "nothing to accept"),
