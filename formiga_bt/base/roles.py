@@ -28,6 +28,7 @@ class Deed(StrEnum):
 
     WHO = "ask who they are"
     SEE = "see tasks, machines, and the past"
+    METRICS = "read the engine's figures"
     INBOX = "see open questions"
     ANSWER = "answer as the agent of their account"
     EVENT = "report events as the agent of their account"
@@ -56,7 +57,7 @@ class Deed(StrEnum):
 
 
 _ANY: Final = frozenset({Deed.WHO})
-_VIEWER: Final = _ANY | {Deed.SEE, Deed.INBOX}
+_VIEWER: Final = _ANY | {Deed.SEE, Deed.METRICS, Deed.INBOX}
 _REQUESTER: Final = _VIEWER | {Deed.REQUEST, Deed.ABORT_OWN}
 _AGENT: Final = frozenset({Deed.ANSWER, Deed.EVENT, Deed.ATTACH, Deed.INBOX})
 """Of an account that is an agent: a person who is asked."""

@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.durations import Durations
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
@@ -71,6 +72,8 @@ class Writer:
         self.written = 0
         """`seq` of the last of them; may be read from any thread."""
         self.commits = 0
+        self.commit_times = Durations()
+        """How long commits take until they are on disk."""
         self._state, self._wall, self._clock = state, wall, clock
         self._thinner = Thinner(state(), thin=thin)
         self._level: Level = "ok"
@@ -148,7 +151,9 @@ class Writer:
         """Make durable what `start` wrote; see `PersistAhead.commit`."""
         assert self._commit is not None
         try:
+            begun = self._clock()
             self._commit()
+            self.commit_times.add(self._clock() - begun)
             self._gone = self.journal.gone()
         except Unwritable as error:
             self._error = error

@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from msgspec.structs import replace
 
@@ -62,7 +62,7 @@ from formiga_bt.services.paper import PaperServices
 from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, clock_check
 from formiga_bt.services.view import EngineView
-from formiga_bt.show.facts import EngineHealth, EngineLoad, StandingFact
+from formiga_bt.show.facts import Alive, EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
@@ -73,6 +73,10 @@ if TYPE_CHECKING:
     from formiga_bt.show.replay.machine import TimeMachine
 
 log = logging.getLogger("formiga.host")
+STANDS_S: Final = 15.0
+"""An engine whose thread has not begun a turn for so long does not work."""
+DEAD: Final = frozenset({"failed", "stands_still"})
+"""Causes for which an engine is to be started anew; one that ends is left to end."""
 
 
 class EngineHost:
@@ -94,6 +98,7 @@ class EngineHost:
         texts: the files that the tasks were read from, by task; under `SITE_FILES` those of the site: path -> text.
         failpoint: where this engine kills itself, to test what follows a crash.
         start_anew: begin a new history; what there is of another one is set aside, nothing is deleted.
+        metrics: show the engine's figures beyond this machine, too.
 
     Raises:
         JournalError: the journal cannot be used.
@@ -121,6 +126,7 @@ class EngineHost:
         texts: Mapping[str, Mapping[str, str]] | None = None,
         failpoint: Failpoint | None = None,
         start_anew: bool = False,
+        metrics: bool = False,
     ) -> None:
         self.site = site
         self.refused = tuple(refused)
@@ -133,6 +139,7 @@ class EngineHost:
         is_beyond = not is_loopback(server.read_address(http)[0])
         self.needs_token = needs_token or is_beyond or site.mode == "real"
         """Whether each request must bring the site's token; what stops something is taken at the local door without."""
+        self.shows_metrics = metrics or not is_beyond
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
         self._wires: list[AgentTransport] = make_wires(site, listen) if wires is None else list(wires)
@@ -149,6 +156,7 @@ class EngineHost:
         self._texts = dict(texts or {})
         self._failpoint = failpoint
         self._servers: list[server.HttpServer] = []
+        self._doors: dict[str, Crowd[Connection]] = {}
         self.local_door = ""
         """Path of the Unix socket, or why there is none."""
         self._stop = threading.Event()
@@ -310,9 +318,10 @@ class EngineHost:
         for one, places in ((local, local_places(limit)), (sock, http_places(limit))):
             if one is not None:
                 crowd: Crowd[Connection] = Crowd(places)
+                self._doors["local" if one is local else "http"] = crowd
                 door = api.guarded(
                     app, token=token, needs_token=self.needs_token, accounts=self._accounts, audit=self._audit, crowd=crowd,
-                    is_local=one is local,
+                    is_local=one is local, alive=self.alive,
                 )  # fmt: skip
                 clocked = Clocked(door, lambda: self.driver.clock.ahead_us)
                 self._servers.append(server.HttpServer(clocked, one, crowd))
@@ -554,6 +563,25 @@ class EngineHost:
             return "deposed" if deposed else "draining"
         return "overloaded" if self.driver.is_behind else "ok"
 
+    def alive(self) -> Alive:
+        """Return whether the engine works, for whoever starts it anew if it does not."""
+        causes = self._causes()
+        return Alive(alive=not DEAD & {*causes}, status=self.status, causes=causes)
+
+    def _causes(self) -> tuple[str, ...]:
+        found = [self.status] if self.status != "ok" else []
+        if self.driver.error is None and self.driver.statistics().stands_s > STANDS_S:
+            found.append("stands_still")
+        if self.journaling.stands != "ok":
+            found.append(f"journal_{self.journaling.stands}")
+        if self.view.state.lockdown is not None:
+            found.append("lockdown")
+        return tuple(dict.fromkeys([*found, *(one.code for one in self._house_facts())]))
+
+    def crowds(self) -> dict[str, int]:
+        """Return how many connections each door has."""
+        return dict(zip(self._doors, map(len, self._doors.values()), strict=True))
+
     def health(self) -> EngineHealth:
         """Return how the engine is."""
         failed = self.driver.error is not None
@@ -591,6 +619,7 @@ class EngineHost:
                     behind_s=load.behind_s,
                 ),
                 journal=self.journaling.stands,
+                causes=self._causes(),
                 text=repr(self.driver.error) if failed else TAKE_BACK if status == "deposed" else "",
             )
 

@@ -93,6 +93,9 @@ def command(
             help="Begin a new history: tasks, orders and lockdown of the last engine are forgotten; its journal is set aside.",
         ),
     ] = False,
+    metrics: Annotated[
+        bool, typer.Option("--metrics", help="Show the engine's figures (/metrics) beyond this machine, too.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not print what happens.")] = False,
 ) -> None:
     """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
@@ -133,7 +136,7 @@ def command(
         world.site, world.catalogue, served,
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
         journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
-        start_anew=start_anew,
+        start_anew=start_anew, metrics=metrics,
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents, Collector() as collector, short_turns():
         _banner(host, people, sim)

@@ -16,6 +16,7 @@ all else, and what was to leave before it and did not, leaves no more.
 import heapq
 import logging
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future
 from typing import Final, Literal
@@ -23,6 +24,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from formiga_bt.base.clock import SECOND, EngineClock, Micros, passed_us, wall_clock_us
+from formiga_bt.base.durations import DurationCounts, Durations
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
@@ -91,6 +93,12 @@ class DriverLoad(Struct, frozen=True):
     inbox: InboxLoad
     behind_s: float
     """How late the earliest deadline is, engine time; 0 = it keeps up. Meanwhile inputs bear the time of that deadline."""
+    stands_s: float
+    """How long its thread has not begun a turn that it was to begin, wall time."""
+    steps: DurationCounts
+    """How long steps of the engine took."""
+    beats: DurationCounts
+    """How late the clock's beats left."""
 
 
 def stop_words(error: BaseException) -> str:
@@ -162,6 +170,7 @@ class RealtimeDriver:
         self._beat = 0
         self._next_beat: Micros = 0
         self._beat_at: Micros | None = None
+        self._step_times, self._beats_late = Durations(), Durations()
         self._standstill = standstill_us(engine.core.catalogue)
         self._stopping = threading.Event()
         self._door = threading.Lock()
@@ -189,7 +198,9 @@ class RealtimeDriver:
 
     def statistics(self) -> DriverLoad:
         """Return how far the engine keeps up; may be called from any thread."""
-        return DriverLoad(self._inbox.statistics(), self._behind / SECOND)
+        stands = max(0, self._wall_now() - max(self._turn, self._until))
+        steps, beats = self._step_times.statistics(), self._beats_late.statistics()
+        return DriverLoad(self._inbox.statistics(), self._behind / SECOND, stands / SECOND, steps, beats)
 
     def _is_high(self, task: str) -> bool:
         record = self.engine.state.tasks.get(task)
@@ -451,7 +462,9 @@ class RealtimeDriver:
             if due is None or due[0] >= now:
                 break
             self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
+        begun = time.perf_counter()
         step = self.engine.handle(now, given)
+        self._step_times.add(time.perf_counter() - begun)
         if not self._batch:
             self._batch_from = self._wall_now()
         self._batch.append((step, waiter, self._turn))
@@ -569,6 +582,8 @@ class RealtimeDriver:
         wall = self._wall_now()
         if wall < self._next_beat:
             return
+        if self._next_beat:
+            self._beats_late.add((wall - self._next_beat) / SECOND)
         passed = 0 if self._beat_at is None else (wall - self._beat_at) // SECOND
         self._next_beat, self._beat_at = wall + SECOND, wall
         self._beat += max(1, passed)  # the life of a goal is counted in beats, also over a standstill

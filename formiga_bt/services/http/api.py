@@ -21,6 +21,7 @@ from formiga_bt import __version__
 from formiga_bt.base.accounts import AccountBook
 from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.roles import Deed
+from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.discovered import CatalogueOrders
@@ -32,6 +33,7 @@ from formiga_bt.services.http import (
     file_routes,
     fleet_routes,
     library_routes,
+    metrics_routes,
     openapi,
     order_routes,
     past_routes,
@@ -45,12 +47,14 @@ from formiga_bt.services.http.door import Door
 from formiga_bt.services.http.routes import REF, FactRoutes
 from formiga_bt.services.http.speaking import SPEAKER, require_abort, require_task, speaker, spoken_as
 from formiga_bt.services.kept.attachments import AttachmentStore
+from formiga_bt.services.kept.journaling import Journaling
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.members import Members
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.once import key_of
 from formiga_bt.services.orders import ServiceOrders, Waits
 from formiga_bt.services.refused import Refused
+from formiga_bt.services.view import EngineView
 from formiga_bt.show import facts as f
 from formiga_bt.show.source import Source
 
@@ -80,6 +84,7 @@ STATUS: Final = {
     "no_role": 403,
     "not_you": 403,
     "not_listed": 403,
+    "metrics_off": 403,
     "no_agent": 403,
     "secret_missing": 403,
     "secret_wrong": 403,
@@ -124,6 +129,11 @@ class Host(Protocol):
     refused: tuple[NotServed, ...]
     needs_token: bool
     """Whether its doors ask for the site's token."""
+    shows_metrics: bool
+    """Whether it shows its figures."""
+    driver: RealtimeDriver
+    view: EngineView
+    journaling: Journaling
 
     @property
     def feed(self) -> Feed:
@@ -132,6 +142,10 @@ class Host(Protocol):
 
     def health(self) -> f.EngineHealth:
         """Return how the engine is."""
+        ...
+
+    def crowds(self) -> dict[str, int]:
+        """Return how many connections each door has."""
         ...
 
     def drain(self) -> str:
@@ -191,6 +205,7 @@ def application(host: Host) -> FastAPI:
     library_routes.add(routes, host.loading, host.refused)
     file_routes.add(routes, host.attachments)
     _engine(routes, host)
+    metrics_routes.add(routes, host, shown=host.shows_metrics)
     app.state.deeds = routes.deeds
     openapi.serve(app, {*routes.kinds, f.Problem}, needs_token=host.needs_token)
     return app
@@ -205,12 +220,17 @@ def guarded(
     audit: Audit | None = None,
     crowd: Crowd[Any] | None = None,
     is_local: bool = False,
+    alive: Callable[[], f.Alive] | None = None,
 ) -> Callable[..., Any]:
     """Return the ASGI app of one door; see `Door`."""
     return Door(
         app, token=token, needs_token=needs_token, accounts=accounts, audit=audit, refusal=problem, crowd=crowd,
-        is_local=is_local,
+        is_local=is_local, alive=None if alive is None else lambda: _alive_answer(alive()),
     )  # fmt: skip
+
+
+def _alive_answer(found: f.Alive) -> Response:
+    return Response(msgspec.json.encode(found), 200 if found.alive else 503, media_type="application/json")
 
 
 def _errors(app: FastAPI) -> None:

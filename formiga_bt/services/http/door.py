@@ -54,6 +54,7 @@ FULL: Final = {
     "too_many_streams": ("too many read the events already", "end some of them, or try again later"),
 }
 STREAM: Final = "/v1/events"
+ALIVE: Final = "/healthz"
 LOOKS: Final = ("GET", "HEAD", "OPTIONS")
 """Methods that change nothing."""
 
@@ -70,6 +71,7 @@ class Door:
         audit: is told who asked for what.
         crowd: the places at this door.
         is_local: it is the Unix socket.
+        alive: answers `ALIVE`, which everybody may ask without a token: whoever restarts an engine that hangs has none.
     """
 
     def __init__(
@@ -83,6 +85,7 @@ class Door:
         audit: Audit | None = None,
         crowd: Crowd[Any] | None = None,
         is_local: bool = False,
+        alive: Callable[[], App] | None = None,
     ) -> None:
         self._app = app
         self._token = token
@@ -92,11 +95,15 @@ class Door:
         self._audit = audit
         self._crowd = crowd
         self._is_local = is_local
+        self._alive = alive
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request in, or refuse it."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
+            return
+        if self._alive is not None and scope["path"] == ALIVE and scope["method"] in LOOKS:
+            await self._alive()(scope, receive, send)
             return
         caller = Caller(since_boot())
         urgent = is_urgent(scope["method"], scope["path"])

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.durations import DurationCounts, Durations
 from formiga_bt.base.errors import JournalError
 from formiga_bt.base.site_folder import COUNTERS, JOURNAL, RESERVE, UNKNOWN, SiteFolder, journal_of
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
@@ -213,6 +214,11 @@ class Journaling:
     def written(self) -> int:
         """Return `seq` of the last step that this start has on disk; 0: none."""
         return self._writer.written if self._writer is not None else 0
+
+    @property
+    def commit_times(self) -> DurationCounts:
+        """Return how long commits took."""
+        return (self._writer.commit_times if self._writer is not None else Durations()).statistics()
 
     @property
     def is_changed(self) -> bool:

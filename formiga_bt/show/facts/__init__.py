@@ -50,6 +50,7 @@ from formiga_bt.show.facts.orders import (
 )  # fmt: skip
 from formiga_bt.show.facts.rules import FiringFact, RuleFact, RuleList, RuleWaitFact
 from formiga_bt.show.facts.service import (
+    Alive,
     EngineHealth,
     EngineLoad,
     EventFact,
@@ -88,7 +89,7 @@ from formiga_bt.show.facts.site import (
 from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepStatus, Style, StyledSpan
 
 __all__ = [
-    "ActionFact", "AgentFact", "AgentList", "AlarmFact", "AlarmList", "AlarmTurnFact",
+    "ActionFact", "AgentFact", "AgentList", "AlarmFact", "AlarmList", "AlarmTurnFact", "Alive",
     "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because",
     "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",

@@ -80,6 +80,16 @@ class EngineLoad(Struct, frozen=True, kw_only=True):
     """How late the earliest deadline is, in seconds of engine time; 0 = the engine keeps up."""
 
 
+class Alive(Struct, frozen=True, kw_only=True):
+    """Whether the engine works: what `/healthz` tells everybody, without a name."""
+
+    alive: bool
+    """False: it has ended, or its thread stands still; start it anew."""
+    status: str
+    causes: tuple[str, ...] = ()
+    """Codes of what is wrong, also with an engine that works."""
+
+
 class EngineHealth(Struct, frozen=True, kw_only=True):
     """How the engine is."""
 
@@ -111,6 +121,9 @@ class EngineHealth(Struct, frozen=True, kw_only=True):
     load: EngineLoad
     journal: Literal["ok", "slow", "full", "gone"] = "ok"
     """Of `full` and `gone` no task is admitted."""
+    causes: tuple[str, ...] = ()
+    """Codes of what is wrong: a status that is not ok, stands_still, journal_slow, journal_full, journal_gone, lockdown, and
+    those of `house`."""
     text: str = ""
 
 

@@ -94,7 +94,9 @@ class Service:
         made = Request(f"{self.url}{path}", data, {**self.headers, **(headers or {})}, method=method)
         try:
             with urlopen(made, timeout=20) as answer:
-                return answer.status, json.loads(answer.read())
+                text = answer.read()
+                is_json = answer.headers.get_content_type() == "application/json"
+                return answer.status, json.loads(text) if is_json else text.decode()
         except HTTPError as error:
             with error:
                 return error.code, json.loads(error.read())
