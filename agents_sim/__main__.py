@@ -9,6 +9,7 @@ import json
 import os
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +22,7 @@ from agents_sim.kinds import Kind, Outcome
 from agents_sim.lines import say
 from agents_sim.shipped import KINDS
 from agents_sim.spec import AgentSpec
+from formiga_bt.base.certificates import read_keys
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.geo import Place, Position
 
@@ -33,6 +35,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--kind", choices=["drone", "person"], default="", help="what an unknown type is")
     parser.add_argument("--site", required=True, help="the site's name")
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="the engine's endpoint (%(default)s)")
+    parser.add_argument("--keys", type=Path, help="its folder of keys, at a secured site")
     parser.add_argument("--at", default="0,0", help="metres east,north[,up] of the base (%(default)s)")
     parser.add_argument("--home", help="metres east,north of its port (where it begins)")
     parser.add_argument("--battery", type=float, default=100.0, help="percent (%(default)s)")
@@ -200,8 +203,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from agents_sim.process import AgentProcess  # loads the wire: only once the command line is known to be good
 
     try:
+        keys = None if options.keys is None else read_keys(options.keys, time.time(), options.id)
         agent = AgentProcess(
-            read_spec(options), site=options.site, connect=options.connect, state_dir=options.state_dir
+            read_spec(options), site=options.site, connect=options.connect, state_dir=options.state_dir, keys=keys
         )
         agent.run(wishes.is_stopping, wishes.orders)
     except (ValueError, OSError, FormigaError) as error:

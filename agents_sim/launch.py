@@ -35,12 +35,14 @@ REFEREE: Final = "referee"
 """The name of the referee's log; no agent may be called so."""
 
 
-def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path) -> list[str]:
+def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path, keys: Path | None = None) -> list[str]:
     """Return the command line of one agent's process, without the interpreter."""
     at = [spec.at.east_m, spec.at.north_m, *([] if isinstance(spec.at, Place) else [spec.at.up_m])]
     words = ["-m", "agents_sim", "--id", spec.id, "--type", spec.type, "--site", site, "--connect", connect]
     # Values that may begin with a minus go in one word.
     words += [f"--at={_numbers(at)}", f"--battery={spec.battery!r}", "--state-dir", str(state_dir)]
+    if keys is not None:
+        words += ["--keys", str(keys / spec.id)]
     if spec.kind:
         words += ["--kind", spec.kind]
     if spec.home is not None:
@@ -79,6 +81,7 @@ class FleetProcesses:
         site: the site's name.
         connect: the engine's endpoint.
         state_dir: folder for the agents' files: bodies, ledgers, and what they print (`<id>.log`).
+        keys: the site's folder of keys, which has one for each agent; None: the wire has none.
         referee: whether a referee runs beside them, who publishes what it sees each second (`watch`).
 
     Raises:
@@ -86,8 +89,16 @@ class FleetProcesses:
     """
 
     def __init__(
-        self, specs: Iterable[AgentSpec], *, site: str, connect: str, state_dir: Path, referee: bool = False
+        self,
+        specs: Iterable[AgentSpec],
+        *,
+        site: str,
+        connect: str,
+        state_dir: Path,
+        keys: Path | None = None,
+        referee: bool = False,
     ) -> None:
+        self._keys = keys
         self._site = site
         self._connect = connect
         self._state_dir = state_dir
@@ -129,7 +140,9 @@ class FleetProcesses:
         """Start an agent's process; one that runs is left alone."""
         if self.is_running(agent):
             return
-        words = command(self._specs[agent], site=self._site, connect=self._connect, state_dir=self._state_dir)
+        words = command(
+            self._specs[agent], site=self._site, connect=self._connect, state_dir=self._state_dir, keys=self._keys
+        )
         if agent in self._processes:
             self._hang_up(self._processes[agent])
         self._processes[agent] = self._spawn(words, agent)

@@ -23,10 +23,12 @@ from agents_sim.person import MINI_FINDER
 from agents_sim.spec import AgentSpec
 from formiga_bt.agent.pacing import PacedScheduler
 from formiga_bt.agent.pulse import Pulse, new_boot_id
+from formiga_bt.base.certificates import Keys
 from formiga_bt.base.clock import SECOND, Micros, monotonic_us, wall_clock_us
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink, ZenohObserver
+from formiga_bt.transport.zenoh_keys import MOTION
 
 SAVE_EVERY_US: Final[Micros] = SECOND // 5
 """How far behind the file may be of a drone that moves (wall time)."""
@@ -51,7 +53,7 @@ class Radar:
         """Take in what came since the last call."""
         if not self._is_open:
             try:
-                self._observer.open("*/*/motion")
+                self._observer.open(MOTION.of_all)
             except TransportError:
                 return  # no engine yet
             self._is_open = True
@@ -82,12 +84,15 @@ class AgentProcess:
         site: the site's name.
         connect: the engine's endpoint; the engine may come later.
         state_dir: where its files are; None: the body dies with the process.
+        keys: what it proves who it is with, at a secured site.
 
     Raises:
         ValueError: the spec or the state file is wrong.
     """
 
-    def __init__(self, spec: AgentSpec, *, site: str, connect: str, state_dir: Path | None) -> None:
+    def __init__(
+        self, spec: AgentSpec, *, site: str, connect: str, state_dir: Path | None, keys: Keys | None = None
+    ) -> None:
         self._file = self._ledger = disk = None
         saved: Saved | None = None
         if state_dir is not None:
@@ -102,13 +107,13 @@ class AgentProcess:
         self.scheduler = PacedScheduler(monotonic_us, start, speed)
         self._dirty = False
         self._newest: Note | None = None
-        self._link = ZenohAgentLink(site, connect=connect)
+        self._link = ZenohAgentLink(site, connect=connect, keys=keys)
         # Before the body: already its first motion is noted, and dropped for want of engine time.
         notes = NoteTaker(self._note)
         state = saved.body if saved is not None else None
         if saved is not None and isinstance(state, BodyState):
             state = state.found_at(start, saved.engine_us, hover_drain_percent_s(spec))
-        radar = Radar(ZenohObserver(site, connect=connect), self.scheduler.now)
+        radar = Radar(ZenohObserver(site, connect=connect, keys=keys), self.scheduler.now)
         self.body = build_body(spec, self.scheduler, recorder=notes, state=state, sight=radar.flying)
         self._radar = radar if MINI_FINDER in self.body.actions else None
         self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, monotonic_us)

@@ -24,10 +24,10 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.messages import ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
+from formiga_bt.transport.zenoh_keys import CLOCK, MOTION
 
 LATE_WALL_S: Final = 1.0
 """News of a motion may be this late; what is younger is not judged yet."""
-CLOCK_KEY: Final = "engine/clock"
 VERDICT_KEY: Final = "world/referee/verdict"
 
 
@@ -44,7 +44,7 @@ class Watch:
         """Take in what came since the last call."""
         for key, raw in self._observer.poll():
             try:
-                if key == CLOCK_KEY:
+                if key == CLOCK.of_all:
                     self._beat = msgspec.json.decode(raw, type=ClockBeat)
                 else:
                     note: Note = _NOTES.decode(raw)
@@ -90,7 +90,7 @@ def watch(site: str, connect: str, is_stopping: Callable[[], bool], state_dir: P
 
 def _open(observer: ZenohObserver) -> bool:
     try:
-        observer.open("*/*/motion", CLOCK_KEY)
+        observer.open(MOTION.of_all, CLOCK.of_all)
     except TransportError:
         return False  # no engine yet
     return True

@@ -9,6 +9,7 @@ import asyncio
 import logging
 import signal
 from collections.abc import Callable, Coroutine, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from formiga_bt.agent.agent import Agent, check_agent
@@ -16,7 +17,9 @@ from formiga_bt.agent.pacing import PacedScheduler, PacedSide
 from formiga_bt.agent.pulse import Pulse, new_boot_id
 from formiga_bt.agent.session import Session
 from formiga_bt.agent.tokens import CancelToken, void
+from formiga_bt.base.certificates import DAY_S, SOON_S, Keys, KeysError, read_keys
 from formiga_bt.base.clock import monotonic_us, wall_clock_us
+from formiga_bt.base.endpoints import check_connect
 from formiga_bt.base.errors import TransportError
 
 log = logging.getLogger("formiga_bt.agent")
@@ -31,12 +34,13 @@ def run(
     id: str = "",
     site: str = "",
     connect: str = CONNECT,
+    keys: str | Path = "",
     arguments: Sequence[str] | None = None,
     **given: Any,
 ) -> NoReturn:
     """Run an agent until a signal ends it; the process ends with it.
 
-    The command line may say `--id`, `--site` and `--connect`, which then count, or `--catalogue`: that prints what
+    The command line may say `--id`, `--site`, `--connect` and `--keys`, which then count, or `--catalogue`: that prints what
     belongs into a catalogue file of the site.
 
     Args:
@@ -44,13 +48,19 @@ def run(
         id: the agent's name on its site.
         site: the site's name.
         connect: the engine's endpoint; the engine may come later.
+        keys: the agent's folder of keys, as the site's people made it (`formiga access agent NAME`). What it says of site and
+            endpoint counts before `site` and `connect`.
         arguments: the command line; None: the process's.
         **given: arguments of the class.
     """
     parser = argparse.ArgumentParser(description=(agent.__doc__ or agent.__name__).split("\n")[0])
     parser.add_argument("--id", default=id, help="the agent's name on its site (%(default)s)")
-    parser.add_argument("--site", default=site, help="the site's name (%(default)s)")
-    parser.add_argument("--connect", default=connect, help="the engine's endpoint (%(default)s)")
+    parser.add_argument("--site", help=f"the site's name (as the keys say, or {site})")
+    parser.add_argument("--connect", help=f"the engine's endpoint (as the keys say, or {connect})")
+    parser.add_argument("--keys", default=keys, help="its folder of keys, at a secured site (%(default)s)")
+    parser.add_argument(
+        "--insecure", action="store_true", help="connect to another machine without TLS, in a simulation"
+    )
     parser.add_argument("--catalogue", action="store_true", help="print the entry of a catalogue file, and end")
     options = parser.parse_args(arguments)
     if options.catalogue:
@@ -61,17 +71,23 @@ def run(
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
     try:
         check_agent(agent, options.id)
-        if not options.site:
+        own = read_keys(Path(options.keys), wall_clock_us() / 1e6, options.id) if options.keys else None
+        where = options.connect or (own.about.connect if own is not None else "") or connect
+        of = options.site or (own.about.site if own is not None else "") or site
+        if not of:
             raise ValueError(f"{agent.__name__} needs the name of its site: --site NAME, or run(..., site='NAME')")
+        check_connect(where, keys=own is not None, insecure=options.insecure)
         one = agent(**given)
         one.id = options.id
-        asyncio.run(serve(one, site=options.site, connect=options.connect))
-    except (ValueError, TransportError) as error:
+        asyncio.run(serve(one, site=of, connect=where, keys=own))
+    except (ValueError, TransportError, KeysError) as error:
         raise SystemExit(f"{options.id or agent.__name__}: {error}") from error
     raise SystemExit(0)
 
 
-async def serve(agent: Agent, *, site: str, connect: str = CONNECT, stop: asyncio.Event | None = None) -> None:
+async def serve(
+    agent: Agent, *, site: str, connect: str = CONNECT, keys: Keys | None = None, stop: asyncio.Event | None = None
+) -> None:
     """Carry an agent in the loop that runs, until `stop` is set or a signal comes.
 
     Raises:
@@ -84,7 +100,7 @@ async def serve(agent: Agent, *, site: str, connect: str = CONNECT, stop: asynci
     if stop is None:
         for number in (signal.SIGTERM, signal.SIGINT):
             loop.add_signal_handler(number, stopping.set)
-    link = ZenohAgentLink(site, connect=connect, wake=lambda: _wake(loop, woken))
+    link = ZenohAgentLink(site, connect=connect, wake=lambda: _wake(loop, woken), keys=keys)
     scheduler = PacedScheduler(monotonic_us, wall_clock_us())
     session = Session(
         agent,
@@ -96,6 +112,12 @@ async def serve(agent: Agent, *, site: str, connect: str = CONNECT, stop: asynci
     pulse = Pulse(session.side, scheduler, session.report, session.watch_link)
     link.serve(session.side)
     log.info("%s (%s) serves %s at %s", agent.id, agent.kind, site, connect)
+    if keys is not None:
+        left_s = keys.until - wall_clock_us() / 1e6
+        soon = ": have a new one made, formiga access agent NAME --renew" if left_s < SOON_S else ""
+        log.log(
+            logging.WARNING if soon else logging.INFO, "its certificate counts for %.1f days%s", left_s / DAY_S, soon
+        )
     try:
         session.begin()
         while not stopping.is_set():

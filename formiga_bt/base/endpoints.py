@@ -6,10 +6,13 @@ Called by the checker of site files, by `formiga up`, and by the HTTP door.
 import ipaddress
 from typing import Final
 
+from formiga_bt.base.errors import TransportError
+
 LOCAL: Final = frozenset({"unixsock-stream", "unixpipe"})
 """Kinds of Zenoh endpoints that no other machine reaches."""
-TLS: Final = frozenset({"tls", "quic"})
-"""Kinds that are encrypted; none of them opens without a certificate of the engine's."""
+TLS: Final = frozenset({"tls"})
+"""Kinds that are encrypted, with certificates of both ends."""
+EVERYWHERE: Final = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}
 
 
 def is_loopback(host: str) -> bool:
@@ -35,18 +38,53 @@ def is_tls(endpoint: str) -> bool:
     return endpoint.partition("/")[0] in TLS
 
 
-def open_to_others(endpoint: str, mode: str, *, insecure: bool = False) -> tuple[str, str]:
+def reached_at(endpoint: str) -> str:
+    """Return where this machine reaches a listener: `tls/0.0.0.0:7447` at `tls/127.0.0.1:7447`."""
+    for host, own in EVERYWHERE.items():
+        endpoint = endpoint.replace(f"/{host}:", f"/{own}:")
+    return endpoint
+
+
+def open_to_others(endpoint: str, mode: str, *, insecure: bool = False, keys: bool = False) -> tuple[str, str]:
     """Return why a site may not listen to agents at an endpoint, and what helps; two empty texts if it may.
 
-    Whoever reaches the wire can be any agent and can command every machine, so beyond this machine it must be TLS.
+    Whoever reaches the wire without keys can be any agent and can command every machine, so beyond this machine it must be TLS.
 
     Args:
         endpoint: of Zenoh.
         mode: of the site.
         insecure: the site file accepts it, which only a simulation may.
+        keys: the site has keys.
     """
-    if is_local(endpoint) or is_tls(endpoint) or (insecure and mode != "real"):
+    if keys:
+        if is_tls(endpoint) and "#" not in endpoint and "?" not in endpoint:
+            return "", ""
+        return f"'{endpoint}' is not TLS, but the site has keys", "write tls/HOST:PORT and nothing more"
+    if is_tls(endpoint):
+        return f"'{endpoint}' is TLS, and the site has no keys", "make them: formiga access ca; then say keys: FOLDER"
+    if is_local(endpoint) or (insecure and mode != "real"):
         return "", ""
     what = f"'{endpoint}' lets whoever reaches it command every machine: it is not this machine's own, and not TLS"
-    ways = "listen at tcp/127.0.0.1:PORT, where a VPN or an SSH tunnel ends, or by TLS (docs/wire.md)"
+    ways = "make keys and listen by TLS: formiga access ca; or listen at tcp/127.0.0.1:PORT, where a VPN or an SSH tunnel ends"
     return what, ways if mode == "real" else f"{ways}; or say insecure: true beside listen, in a simulation"
+
+
+def check_connect(endpoint: str, *, keys: bool, insecure: bool = False) -> None:
+    """Look whether an agent may connect to an endpoint.
+
+    Args:
+        endpoint: of Zenoh.
+        keys: the agent has keys.
+        insecure: whoever starts it accepts that others can be its engine.
+
+    Raises:
+        TransportError: it has keys and it is not TLS, or the other way round; or others reach it, and it is not TLS.
+    """
+    if keys != is_tls(endpoint):
+        what = f"'{endpoint}' is not TLS, but there are keys" if keys else f"'{endpoint}' is TLS, which needs keys"
+        raise TransportError(
+            what, help="connect at tls/HOST:PORT" if keys else "name the folder that you were given: --keys"
+        )
+    if not keys and not insecure and not is_local(endpoint):
+        what = f"'{endpoint}' is not this machine's own, and not TLS: whoever reaches it can be the engine"
+        raise TransportError(what, help="connect by TLS with keys: --keys FOLDER; or say --insecure, in a simulation")

@@ -52,7 +52,7 @@ class WireSetup(Struct, frozen=True):
     site: str
     """The site's name."""
     options: Mapping[str, str | bool]
-    """What the site file says of it, as far as it does; `--listen` counts as `listen`."""
+    """What the site file says of it, as far as it does; `--listen` counts as `listen`, `--keys` as `keys`, an absolute path."""
 
 
 class WireKind(Struct, frozen=True):
@@ -89,20 +89,23 @@ def _check_zenoh(options: Mapping[str, str | bool], mode: str) -> Iterable[tuple
     insecure = options.get("insecure") is True
     if insecure and mode == "real":
         what = "'insecure' is for simulations: whoever reaches the wire can command every machine"
-        yield "insecure", what, "remove it, and listen at tcp/127.0.0.1:PORT"
+        yield "insecure", what, "remove it, and listen at tcp/127.0.0.1:PORT, or by TLS with keys"
+    if insecure and "keys" in options:
+        yield "insecure", "'insecure' says nothing of a wire with keys", "remove it"
     if "listen" in options:
-        why, help_ = open_to_others(str(options["listen"]), mode, insecure=insecure)
+        why, help_ = open_to_others(str(options["listen"]), mode, insecure=insecure, keys="keys" in options)
         if why:
             yield "listen", why, help_
 
 
 ZENOH: Final = WireKind(
     name="zenoh",
-    summary="Agents in processes of their own: {listen}.",
+    summary="Agents in processes of their own: {listen, keys}.",
     guarantees=GUARANTEES,
     make="formiga_bt.transport.zenoh:make",
     options=(
         WireOption("listen", "Where agents connect, such as tcp/127.0.0.1:7447."),
+        WireOption("keys", "The site's folder of keys, such as .formiga/NAME/keys: TLS, by formiga router."),
         WireOption("insecure", "In a simulation: others reach it without TLS.", "flag"),
     ),
     check=_check_zenoh,

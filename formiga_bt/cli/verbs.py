@@ -77,6 +77,7 @@ _TABLE = (
     Verb("agents", "operator.agents", "List machines and people; clear one."),
     Verb("catalogue", "operator.catalogue", "List types and actions, and what agents announced."),
     Verb("approve", "orders.approve", "Approve a task for flights on a real site."),
+    Verb("router", "operator.router", "Run the router of a site whose agents have keys."),
     Verb("access", "orders.access", "Say who may do what: accounts, roles, tokens, secrets."),
     Verb("duty", "orders.duty", "Put a pilot on duty, or take them off."),
     Verb("log", "operator.log", "Export the flight log."),

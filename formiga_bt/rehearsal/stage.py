@@ -21,11 +21,11 @@ from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, Sce
 from formiga_bt.rehearsal.simulation import Timetable, play, specs_of
 from formiga_bt.transport.messages import AgentStatus, ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
+from formiga_bt.transport.zenoh_keys import CLOCK, STATUS
 
 ENGINE_S: Final = 5.0
 """Wall time in which an engine must be heard."""
 READY_S: Final = 30.0
-CLOCK_KEY: Final = "engine/clock"
 
 
 class Stage:
@@ -143,7 +143,7 @@ class Stage:
                 raise FormigaError(f"{what} answers at {self._connect} (site '{self._site}')")
             try:
                 if not is_open:
-                    self._observer.open(CLOCK_KEY, "*/*/status")
+                    self._observer.open(CLOCK.of_all, STATUS.of_all)
                     is_open = True
             except TransportError:
                 time.sleep(0.2)
@@ -153,7 +153,7 @@ class Stage:
     def _listen(self) -> None:
         for key, raw in self._observer.poll():
             try:
-                if key == CLOCK_KEY:
+                if key == CLOCK.of_all:
                     self._clock.on_beat(msgspec.json.decode(raw, type=ClockBeat))
                 else:
                     status = msgspec.json.decode(raw, type=AgentStatus)

@@ -66,7 +66,7 @@ from formiga_bt.show.facts import Alive, EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
-from formiga_bt.transport.base import AgentTransport, CarriesFiles, Listening
+from formiga_bt.transport.base import AgentTransport, CarriesFiles, Listening, Secured
 from formiga_bt.transport.desk import DeskTransport
 
 if TYPE_CHECKING:
@@ -90,6 +90,7 @@ class EngineHost:
         http: `host:port` of the API; port 0 takes a free one.
         desk: people who answer at this engine: id -> agent type.
         listen: where agents connect; default: what the site says. Beyond this machine only by TLS.
+        keys: the site's folder of keys; default: what the site says. With it a router of its own listens (`formiga router`).
         refused: task files that are not served.
         needs_token: ask for the token on the loopback too. In mode real it is asked for everywhere.
         wires: other transports instead of those that the site names.
@@ -118,6 +119,7 @@ class EngineHost:
         http: str = server.DEFAULT_HTTP,
         desk: Mapping[str, str] | None = None,
         listen: str = "",
+        keys: Path | None = None,
         refused: Sequence[NotServed] = (),
         needs_token: bool = False,
         wires: Sequence[AgentTransport] | None = None,
@@ -142,7 +144,7 @@ class EngineHost:
         self.shows_metrics = metrics or not is_beyond
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
-        self._wires: list[AgentTransport] = make_wires(site, listen) if wires is None else list(wires)
+        self._wires: list[AgentTransport] = make_wires(site, listen, keys) if wires is None else list(wires)
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
@@ -279,6 +281,7 @@ class EngineHost:
                 self._set_aside,
                 self.proofs.troubles,
                 *(wire.troubles for wire in once),
+                self._wire_troubles,
             ],
         )
         self._opened.append(self.house.stop)
@@ -450,6 +453,9 @@ class EngineHost:
     def _set_aside(self) -> list[Trouble]:
         found = {**self._folder.unusable, **self._store.unusable}
         return [Trouble("set_aside", name, text) for name, text in sorted(found.items())]
+
+    def _wire_troubles(self) -> list[Trouble]:
+        return [Trouble(*one) for wire in self._wires if isinstance(wire, Secured) for one in wire.troubles()]
 
     def _house_facts(self) -> tuple[StandingFact, ...]:
         """Return what is wrong with the engine's own house, as pictures show it."""

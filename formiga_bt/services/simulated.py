@@ -6,6 +6,7 @@ One process simulates the agents of a site: it holds `sim.lock` of the runtime f
 import fcntl
 import os
 import shutil
+import time
 from collections import Counter
 from collections.abc import Container
 from contextlib import suppress
@@ -14,6 +15,7 @@ from types import TracebackType
 from typing import IO, Final
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.base.authority import check_keys
 from formiga_bt.base.errors import SiteError
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.rehearsal.rehearsal import fleet_of
@@ -33,9 +35,11 @@ class Simulated:
         connect: where they look for an engine.
         folder: the site's runtime folder.
         without: agents that are not simulated: people who answer at the desk.
+        keys: the site's folder of keys, if it is secured.
         anew: how a person starts all of them anew.
 
     Raises:
+        KeysError: one of them has no keys that count.
         SiteError: they are simulated already, or the runtime folder cannot be written.
     """
 
@@ -47,10 +51,14 @@ class Simulated:
         connect: str,
         folder: Path,
         without: Container[str] = (),
+        keys: Path | None = None,
         anew: str = "end the engine and start it again: formiga down, then formiga up --sim",
     ) -> None:
         self._specs = [spec for spec in fleet_of(site, catalogue) if spec.id not in without]
         self._site, self._connect, self._folder, self._anew = site.name, connect, folder, anew
+        self._keys = keys
+        if keys is not None:
+            check_keys(keys, [spec.id for spec in self._specs], time.time())
         self._lock: IO[str] | None = None
         self._fleet: FleetProcesses | None = None
         self._again: Counter[str] = Counter()
@@ -86,7 +94,9 @@ class Simulated:
         # Afresh at each start: an engine that is new, too, would know nothing of goals that an old body still flies.
         state_dir = self._folder / FILES
         shutil.rmtree(state_dir, ignore_errors=True)
-        self._fleet = FleetProcesses(self._specs, site=self._site, connect=self._connect, state_dir=state_dir)
+        self._fleet = FleetProcesses(
+            self._specs, site=self._site, connect=self._connect, state_dir=state_dir, keys=self._keys
+        )
         try:
             self._fleet.__enter__()
         except BaseException:

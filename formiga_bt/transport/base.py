@@ -8,7 +8,7 @@ Agent side: `AgentBody` is what a machine (or a person's app) can do, `AgentLink
 rules in between (remembered ids, epochs, expiry, repeated goals) live once, in `agent_side.py`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from formiga_bt.base.clock import Micros
@@ -123,6 +123,15 @@ class Listening(Protocol):
     @property
     def endpoint(self) -> str:
         """Return where; after `open` with the true port."""
+        ...
+
+
+@runtime_checkable
+class Secured(Protocol):
+    """A wire that knows by itself what is wrong with it, beyond its agents."""
+
+    def troubles(self) -> Iterable[tuple[str, str, str]]:
+        """Return what is wrong now: code, subject, text. Called in any thread, never waits."""
         ...
 
 

@@ -1,5 +1,8 @@
 """The engine's end of the Zenoh wire: a router on a loopback (or other) endpoint to which agents connect.
 
+With keys it listens nowhere: the site's own router (`zenoh_router.py`) does, by TLS, and the engine connects to it as the
+agents do. What comes under an agent's key is then that agent's, and nothing is heard of one whose keys were revoked.
+
 Why Zenoh: one Python wheel, no broker, presence tokens, queries with a reply. Keys and messages: `docs/wire.md`.
 
 Threads: Zenoh's threads only append to one queue and call `wake`; everything else happens in the driver's thread, in
@@ -14,10 +17,14 @@ import contextlib
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Final, Literal
 
 import zenoh
 
+from formiga_bt.base.authority import Revoked, day
+from formiga_bt.base.certificates import DAY_S, ENGINE, read_keys
+from formiga_bt.base.endpoints import reached_at
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES, WireSetup
 from formiga_bt.transport.attachments import KeepsFiles
@@ -58,14 +65,26 @@ from formiga_bt.transport.messages import (
 )
 from formiga_bt.transport.zenoh_calls import CallDesk
 from formiga_bt.transport.zenoh_files import FileDesk
+from formiga_bt.transport.zenoh_keys import (
+    ALIVE,
+    CANCEL,
+    CARD,
+    CLOCK,
+    ENGINE_ALIVE,
+    EVENT,
+    FILES,
+    GOAL,
+    GOALS,
+    SITE,
+    STATUS,
+    TOLD,
+    UPDATE,
+    WireKey,
+)
 from formiga_bt.transport.zenoh_session import (
-    CLOCK_KEY,
     DEFAULT_ENDPOINT,
-    ENGINE_KEY,
-    FILES_KEY,
+    DEFAULT_TLS,
     LEASE_MS,
-    SITE_KEY,
-    agent_key,
     check_name,
     close_session,
     free_endpoint,
@@ -73,6 +92,10 @@ from formiga_bt.transport.zenoh_session import (
     open_session,
 )
 
+HOUSE_SOON_S: Final = 30 * DAY_S
+"""So long before it expires the engine's own certificate is spoken of."""
+HEARD_S: Final = 10.0
+"""So long after it was heard an agent whose keys were revoked still speaks."""
 CARD_RETRY_S: Final = 0.5
 """How long after asking in vain an agent is asked for its card again."""
 KEPT_ACTIONS: Final = 20_000
@@ -128,6 +151,7 @@ class ZenohTransport:
         connect: routers to join besides, for agents of other networks.
         reply_timeout_s: a goal, cancel or query without answer fails after that with outcome "unknown" (wall time).
         lease_ms: a frozen or cut-off agent is gone after that.
+        keys: the site's folder of keys; `listen` is then where its router listens.
     """
 
     name = "zenoh"
@@ -143,7 +167,14 @@ class ZenohTransport:
         connect: Sequence[str] = (),
         reply_timeout_s: float = 5.0,
         lease_ms: int = LEASE_MS,
+        keys: Path | None = None,
     ) -> None:
+        self._keys = keys
+        self._revoked: Revoked | None = None
+        self._until = 0
+        """When the engine's own certificate expires, seconds since 1970."""
+        self._heard_revoked: dict[str, float] = {}
+        """Agent whose keys were revoked -> when it was last heard, by a clock that never goes back."""
         self._site = site
         self._listen = listen
         self._connect = tuple(connect)
@@ -169,6 +200,7 @@ class ZenohTransport:
         """Open the router's session. Takes about half a second.
 
         Raises:
+            KeysError: the keys cannot be used.
             TransportError: the port is taken, or the site's name or an endpoint is bad.
         """
         if self._session is not None:
@@ -177,25 +209,29 @@ class ZenohTransport:
         self._closed = False
         self._files.open()
         self._calls.open()
-        wanted = self._listen
-        self._listen = free_endpoint(wanted)
-        session = open_session(
-            "router", self._site, listen=[self._listen], connect=self._connect, lease_ms=self._lease_ms
-        )
+        if self._keys is not None:
+            own, self._revoked = read_keys(self._keys / "engine", time.time(), ENGINE), Revoked(self._keys)
+            self._until = own.until
+            session = open_session(
+                "router", self._site, connect=[reached_at(self._listen)], lease_ms=self._lease_ms, keys=own
+            )
+        else:
+            self._listen = free_endpoint(self._listen)
+            session = open_session(
+                "router", self._site, listen=[self._listen], connect=self._connect, lease_ms=self._lease_ms
+            )
         self._session = session
         try:
             self._kept = [
-                session.declare_subscriber("*/*/status", on_network_thread(lambda s: self._take(_Raw("status", s)))),
-                session.declare_subscriber(
-                    "*/*/action/*/event", on_network_thread(lambda s: self._take(_Raw("event", s)))
-                ),
-                session.declare_subscriber("*/*/event/*", on_network_thread(lambda s: self._take(_Raw("told", s)))),
-                session.declare_subscriber("*/*/card", on_network_thread(lambda s: self._take(_Raw("card", s)))),
-                session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
-                session.declare_queryable(SITE_KEY, on_network_thread(self._tell_site)),
-                session.declare_queryable(f"{FILES_KEY}/*", on_network_thread(self._files.take)),
+                session.declare_subscriber(STATUS.of_all, on_network_thread(lambda s: self._take(_Raw("status", s)))),
+                session.declare_subscriber(EVENT.of_all, on_network_thread(lambda s: self._take(_Raw("event", s)))),
+                session.declare_subscriber(TOLD.of_all, on_network_thread(lambda s: self._take(_Raw("told", s)))),
+                session.declare_subscriber(CARD.of_all, on_network_thread(lambda s: self._take(_Raw("card", s)))),
+                session.liveliness().declare_subscriber(ALIVE.of_all, on_network_thread(self._on_token), history=True),
+                session.declare_queryable(SITE.of_all, on_network_thread(self._tell_site)),
+                session.declare_queryable(FILES.of_all, on_network_thread(self._files.take)),
                 *(session.declare_queryable(key, on_network_thread(self._calls.take)) for key in self._calls.keys),
-                session.liveliness().declare_token(ENGINE_KEY),
+                session.liveliness().declare_token(ENGINE_ALIVE.of_all),
             ]
         except zenoh.ZError as error:
             self.close()
@@ -216,10 +252,20 @@ class ZenohTransport:
     def poll(self) -> Sequence[TransportEvent]:
         """Return what has come in."""
         events: list[TransportEvent] = []
+        if self._revoked is not None and self._queue and self._revoked.look():
+            for agent in self._revoked.names:
+                if (peer := self._peers.get(agent)) is not None:
+                    self._gone(agent, peer.type, events)
         for _ in range(len(self._queue)):
             item = self._queue.popleft()
             if isinstance(item, _Raw):
-                self._read(item, events)
+                if self._revoked is not None and item.rest[1] in self._revoked.names:
+                    self._heard_revoked[item.rest[1]] = time.monotonic()
+                else:
+                    self._read(item, events)
+            elif isinstance(item, _Ask) and self._revoked is not None and item.agent in self._revoked.names:
+                if item.what != "card":
+                    events.append(SendFailed(item.agent, item.what, item.goal_id, "unknown", "its keys were revoked"))
             elif isinstance(item, _Ask):
                 self._conclude(item, events)
             else:
@@ -231,30 +277,53 @@ class ZenohTransport:
         self._actions[request.goal_id] = request.action
         if len(self._actions) > KEPT_ACTIONS:
             del self._actions[next(iter(self._actions))]
-        self._ask(request.agent, "goal", request.goal_id, ("action", request.action, "goal"), request)
+        self._ask(request.agent, "goal", request.goal_id, GOAL, request, request.action)
 
     def cancel_goal(self, agent: str, goal_id: str) -> None:
         """Ask for cancellation. Of a goal sent before the engine's restart the action is not known: all are asked."""
         action = self._actions.get(goal_id, "*")
-        self._ask(agent, "cancel", goal_id, ("action", action, "cancel"), CancelRequest(goal_id))
+        self._ask(agent, "cancel", goal_id, CANCEL, CancelRequest(goal_id), action)
 
     def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
         """Ask what an agent knows of these goals."""
-        self._ask(agent, "query", "", ("goals",), GoalsRequest(tuple(goal_ids)))
+        self._ask(agent, "query", "", GOALS, GoalsRequest(tuple(goal_ids)))
 
     def send_update(self, update: UpdateRequest) -> None:
         """Send other fields for a goal that runs."""
-        self._ask(update.agent, "update", update.goal_id, ("action", update.action, "update"), update)
+        self._ask(update.agent, "update", update.goal_id, UPDATE, update, update.action)
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the clock; also the time to ask once more for cards that did not come."""
         if self._session is None:
             return
         drop = zenoh.CongestionControl.DROP
-        self._session.put(CLOCK_KEY, encode(beat), congestion_control=drop, express=True, encoding="application/json")
+        self._session.put(
+            CLOCK.of_all, encode(beat), congestion_control=drop, express=True, encoding="application/json"
+        )
         for agent, peer in self._peers.items():
             if peer.present and peer.card is None:
                 self._ask_card(agent, peer)
+
+    def troubles(self) -> list[tuple[str, str, str]]:
+        """Return what is wrong with a secured wire now: code, subject, text. Called in any thread."""
+        session = self._session
+        if self._keys is None or session is None:
+            return []
+        found = []
+        with contextlib.suppress(zenoh.ZError):  # closed meanwhile
+            if not session.info.routers_zid():
+                text = f"no link to the site's router at {reached_at(self._listen)}: no agent is heard: formiga router"
+                found.append(("router_gone", "router", text))
+        left_s = self._until - time.time()
+        if left_s < HOUSE_SOON_S:
+            text = f"the engine's certificate expires on {day(self._until)}: formiga access ca, then start both anew"
+            found.append(("keys_expire", "engine", text))
+        now = time.monotonic()
+        for agent, at in sorted(self._heard_revoked.copy().items()):
+            if now - at < HEARD_S:
+                text = f"{agent} still speaks, whose keys were revoked; it is ignored. Shut it out: formiga router --restart"
+                found.append(("keys_revoked", agent, text))
+        return found
 
     def keep_files(self, store: KeepsFiles) -> None:
         """Say who keeps the bytes of attachments."""
@@ -269,14 +338,14 @@ class ZenohTransport:
         self._site_raw = encode(message)
         if self._session is not None:
             drop = zenoh.CongestionControl.DROP  # whoever misses it asks
-            self._session.put(SITE_KEY, self._site_raw, congestion_control=drop, encoding="application/json")
+            self._session.put(SITE.of_all, self._site_raw, congestion_control=drop, encoding="application/json")
 
     # On Zenoh's threads.
 
     def _tell_site(self, query: Any) -> None:
         with query:
             if self._site_raw:
-                query.reply(SITE_KEY, self._site_raw, encoding="application/json")
+                query.reply(SITE.of_all, self._site_raw, encoding="application/json")
             else:
                 query.reply_err(b"the engine is not ready: ask again")
 
@@ -290,15 +359,17 @@ class ZenohTransport:
 
     # Requests.
 
-    def _ask(self, agent: str, what: Asked, goal_id: str, rest: tuple[str, ...], message: Any) -> None:
+    def _ask(self, agent: str, what: Asked, goal_id: str, key: WireKey, message: Any, action: str = "*") -> None:
         peer = self._peers.get(agent)
         ask = _Ask(agent, what, goal_id, peer is not None and peer.present, peer.deaths if peer else 0)
         text = "no such agent has been seen"
-        if peer is not None:
+        if self._revoked is not None and agent in self._revoked.names:
+            text = "its keys were revoked"
+        elif peer is not None:
             try:
-                if rest[0] == "action" and rest[1] != "*":
-                    check_name("action", rest[1])
-                self._get(ask, agent_key(peer.type, agent, *rest), encode(message))
+                if action != "*":
+                    check_name("action", action)
+                self._get(ask, key.of(peer.type, agent).replace("*", action), encode(message))
                 return
             except TransportError as error:
                 text = str(error)
@@ -311,7 +382,7 @@ class ZenohTransport:
             return
         peer.asked_card_at = now
         with contextlib.suppress(TransportError):  # asked again with the next status or beat
-            self._get(_Ask(agent, "card", "", peer.present, peer.deaths), agent_key(peer.type, agent, "card"), b"")
+            self._get(_Ask(agent, "card", "", peer.present, peer.deaths), CARD.of(peer.type, agent), b"")
 
     def _get(self, ask: _Ask, key: str, payload: bytes) -> None:
         if self._session is None:
@@ -453,4 +524,6 @@ def _is_unknown(event: TransportEvent) -> bool:
 
 def make(setup: WireSetup) -> ZenohTransport:
     """Return the wire that a site file describes (`base.wires.ZENOH`)."""
-    return ZenohTransport(setup.site, listen=str(setup.options.get("listen", DEFAULT_ENDPOINT)))
+    keys = str(setup.options.get("keys", ""))
+    listen = str(setup.options.get("listen", DEFAULT_TLS if keys else DEFAULT_ENDPOINT))
+    return ZenohTransport(setup.site, listen=listen, keys=Path(keys) if keys else None)

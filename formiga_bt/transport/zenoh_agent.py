@@ -13,6 +13,7 @@ from typing import Any, Final, Literal
 
 import zenoh
 
+from formiga_bt.base.certificates import Keys
 from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.codec import (
@@ -27,14 +28,25 @@ from formiga_bt.transport.codec import (
     serve_request,
 )
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, ClockBeat, GoalEvent
+from formiga_bt.transport.zenoh_keys import (
+    ALIVE,
+    CANCEL,
+    CARD,
+    CLOCK,
+    ENGINE_ALIVE,
+    EVENT,
+    FILES,
+    GOAL,
+    GOALS,
+    SITE,
+    STATUS,
+    TOLD,
+    UPDATE,
+    WireKey,
+)
 from formiga_bt.transport.zenoh_session import (
-    CLOCK_KEY,
     DEFAULT_ENDPOINT,
-    ENGINE_KEY,
-    FILES_KEY,
     LEASE_MS,
-    SITE_KEY,
-    agent_key,
     check_name,
     close_session,
     on_network_thread,
@@ -57,6 +69,7 @@ class ZenohAgentLink:
         connect: the engine's endpoint. It may be absent; the link joins when it appears, and again after a restart.
         wake: called from Zenoh's threads when `pump` has work, for agents with a loop of their own.
         lease_ms: how long this process may stand still before it counts as gone.
+        keys: what the agent proves who it is with, at a secured site.
     """
 
     def __init__(
@@ -66,7 +79,9 @@ class ZenohAgentLink:
         connect: str = DEFAULT_ENDPOINT,
         wake: Callable[[], None] = lambda: None,
         lease_ms: int = LEASE_MS,
+        keys: Keys | None = None,
     ) -> None:
+        self._keys = keys
         self._site = site
         self._endpoint = connect
         self._wake = wake
@@ -89,7 +104,7 @@ class ZenohAgentLink:
             raise TransportError("this link serves already")
         for what, name in (("type", side.card.type), ("id", side.card.id), *(("action", a) for a in side.card.names)):
             check_name(f"agent {what}", name)
-        session = open_session("peer", self._site, connect=[self._endpoint], lease_ms=self._lease_ms)
+        session = open_session("peer", self._site, connect=[self._endpoint], lease_ms=self._lease_ms, keys=self._keys)
         self._session, self._side = session, side
         try:
             self._declare(session)
@@ -120,7 +135,7 @@ class ZenohAgentLink:
         """Let the link carry again."""
         self._is_cut = False
         if self._token is None and self._session is not None:
-            self._token = self._session.liveliness().declare_token(self._key("alive"))
+            self._token = self._session.liveliness().declare_token(self._key(ALIVE))
 
     def pump(self, timeout_s: float = 0.0) -> int:
         """Answer all that came in, waiting up to `timeout_s` for the first of it. Return how many there were."""
@@ -137,19 +152,19 @@ class ZenohAgentLink:
     def publish_status(self, status: AgentStatus) -> None:
         """Publish a status; a link that cannot take it drops it."""
         if not self._is_cut:
-            self._put(self._key("status"), encode(status), zenoh.CongestionControl.DROP)
+            self._put(self._key(STATUS), encode(status), zenoh.CongestionControl.DROP)
 
     def publish_event(self, event: GoalEvent) -> None:
         """Publish news of a goal."""
         assert self._side is not None, "serve(side) comes first"
         action = self._side.action_of(event.goal_id) or "any"
         if not self._is_cut:
-            self._put(self._key("action", action, "event"), encode(event), zenoh.CongestionControl.BLOCK)
+            self._put(self._key(EVENT, action), encode(event), zenoh.CongestionControl.BLOCK)
 
     def publish_agent_event(self, event: AgentEvent) -> None:
         """Publish an event of the agent's own."""
         if not self._is_cut:
-            key = self._key("event", check_name("event", event.event))
+            key = self._key(TOLD, check_name("event", event.event))
             self._put(key, encode(event), zenoh.CongestionControl.BLOCK)
 
     def publish_card(self, card: AgentCard) -> None:
@@ -158,34 +173,40 @@ class ZenohAgentLink:
         if self._session is None:
             return
         if self._token is None:
-            self._token = self._session.liveliness().declare_token(self._key("alive"))
+            self._token = self._session.liveliness().declare_token(self._key(ALIVE))
         else:
-            self._put(self._key("card"), self._card, zenoh.CongestionControl.BLOCK)
+            self._put(self._key(CARD), self._card, zenoh.CongestionControl.BLOCK)
 
     def publish_extra(self, name: str, message: Any) -> None:
         """Publish something no engine reads, under `<type>/<id>/<name>` (a simulated motion, a camera's own data)."""
-        self._put(self._key(check_name("extra", name)), encode(message), zenoh.CongestionControl.DROP)
+        self._put(f"{self._root}/{check_name('extra', name)}", encode(message), zenoh.CongestionControl.DROP)
 
     def _declare(self, session: Any) -> None:
-        card = self._key("card")
+        card = self._key(CARD)
         self._kept = [
             session.declare_queryable(card, on_network_thread(lambda query: query.reply(card, self._card))),
-            session.declare_queryable(self._key("action", "*", "goal"), self._into("goal")),
-            session.declare_queryable(self._key("action", "*", "cancel"), self._into("cancel")),
-            session.declare_queryable(self._key("action", "*", "update"), self._into("update")),
-            session.declare_queryable(self._key("goals"), self._into("query")),
-            session.declare_subscriber(CLOCK_KEY, self._into("clock")),
-            session.declare_subscriber(SITE_KEY, self._into("site")),
-            session.liveliness().declare_subscriber(ENGINE_KEY, self._into("engine"), history=True),
+            session.declare_queryable(self._key(GOAL), self._into("goal")),
+            session.declare_queryable(self._key(CANCEL), self._into("cancel")),
+            session.declare_queryable(self._key(UPDATE), self._into("update")),
+            session.declare_queryable(self._key(GOALS), self._into("query")),
+            session.declare_subscriber(CLOCK.of_all, self._into("clock")),
+            session.declare_subscriber(SITE.of_all, self._into("site")),
+            session.liveliness().declare_subscriber(ENGINE_ALIVE.of_all, self._into("engine"), history=True),
         ]
 
     def _put(self, key: str, raw: bytes, congestion: Any) -> None:
         if self._session is not None:
             self._session.put(key, raw, congestion_control=congestion, express=True, encoding=_JSON)
 
-    def _key(self, *rest: str) -> str:
+    def _key(self, key: WireKey, word: str = "*") -> str:
+        """Return a key of this agent's; `word` is an action or an event."""
         assert self._side is not None, "serve(side) comes first"
-        return agent_key(self._side.card.type, self._side.card.id, *rest)
+        return key.of(self._side.card.type, self._side.card.id).replace("*", word)
+
+    @property
+    def _root(self) -> str:
+        assert self._side is not None, "serve(side) comes first"
+        return f"{self._side.card.type}/{self._side.card.id}"
 
     def _into(self, what: _What) -> Any:
         def enqueue(item: Any) -> None:
@@ -209,7 +230,7 @@ class ZenohAgentLink:
             return
         try:
             self._session.get(
-                f"{FILES_KEY}/{digest}", on_network_thread(reply, over), payload=data, timeout=FILE_S,
+                FILES.of_all.replace("*", digest), on_network_thread(reply, over), payload=data, timeout=FILE_S,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )  # fmt: skip
         except zenoh.ZError as error:
@@ -225,7 +246,7 @@ class ZenohAgentLink:
 
         if self._session is not None:
             with contextlib.suppress(zenoh.ZError):  # asked again with the next beat
-                self._session.get(SITE_KEY, on_network_thread(reply), timeout=1.0)
+                self._session.get(SITE.of_all, on_network_thread(reply), timeout=1.0)
 
     def _handle(self, what: _What, item: Any) -> None:
         side = self._side
@@ -268,7 +289,10 @@ class ZenohObserver:
     A client of the engine's router, because peers hear the engine only. Used from one thread; `poll` never waits.
     """
 
-    def __init__(self, site: str, *, connect: str = DEFAULT_ENDPOINT, lease_ms: int = LEASE_MS) -> None:
+    def __init__(
+        self, site: str, *, connect: str = DEFAULT_ENDPOINT, lease_ms: int = LEASE_MS, keys: Keys | None = None
+    ) -> None:
+        self._keys = keys
         self._site = site
         self._endpoint = connect
         self._lease_ms = lease_ms
@@ -281,7 +305,7 @@ class ZenohObserver:
         Raises:
             TransportError: no engine, or a bad key or endpoint.
         """
-        session = open_session("client", self._site, connect=[self._endpoint], lease_ms=self._lease_ms)
+        session = open_session("client", self._site, connect=[self._endpoint], lease_ms=self._lease_ms, keys=self._keys)
         try:
             for key in keys:
                 session.declare_subscriber(key, on_network_thread(self._hear))

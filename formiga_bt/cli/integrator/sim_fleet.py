@@ -12,6 +12,8 @@ from typing import Final
 
 import msgspec
 
+from formiga_bt.base.certificates import read_keys
+from formiga_bt.base.endpoints import reached_at
 from formiga_bt.base.errors import FormigaError, TransportError
 from formiga_bt.base.site_folder import SiteFolder, read_address
 from formiga_bt.base.visible import visible
@@ -19,11 +21,11 @@ from formiga_bt.cli.inputs import CheckWorld, UnusableFile, is_demo
 from formiga_bt.cli.integrator.absent import check_absent
 from formiga_bt.cli.operator.up import site_world
 from formiga_bt.client import Client
-from formiga_bt.services.listening import listen_of
+from formiga_bt.services.listening import keys_of, listen_of
 from formiga_bt.services.simulated import Simulated, check_unsimulated
 from formiga_bt.transport.messages import ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
-from formiga_bt.transport.zenoh_session import CLOCK_KEY
+from formiga_bt.transport.zenoh_keys import CLOCK
 
 SILENT_S: Final = 3.0
 """An engine that beats each second and is not heard for so long is gone."""
@@ -70,16 +72,18 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
     _check_names(world, without)
     beside = Path() if is_demo(site_file) else site_file.parent
     folder = SiteFolder(beside, world.site.name).path
-    where = connect or _endpoint(folder, listen_of(world.site))
-    observer = ZenohObserver(world.site.name, connect=where)
+    where = connect or reached_at(_endpoint(folder, listen_of(world.site)))
+    keys = keys_of(world.site)
     fleet = Simulated(
-        world.site, world.catalogue, connect=where, folder=folder, without=without,
+        world.site, world.catalogue, connect=where, folder=folder, without=without, keys=keys,
         anew="end this command (Ctrl-C) and start it again: formiga sim",
     )  # fmt: skip
     if not fleet.agents:
         raise FormigaError(
             f"nobody is left to simulate on the site {world.site.name}", help="list agents in site.yaml, under agents"
         )
+    own = None if keys is None else read_keys(keys / fleet.agents[0], time.time())  # any of them hears the clock
+    observer = ZenohObserver(world.site.name, connect=where, keys=own)
     check_unsimulated(folder)
     there = read_address(folder)
     if there is not None:
@@ -110,7 +114,7 @@ def _watch(fleet: Simulated, observer: ZenohObserver, asked: list[int]) -> None:
         if not is_open and time.monotonic() >= next_try:
             next_try = time.monotonic() + TRY_EVERY_S
             with suppress(TransportError):  # no engine yet
-                observer.open(CLOCK_KEY)
+                observer.open(CLOCK.of_all)
                 is_open = True
         for _, raw in observer.poll():
             with suppress(msgspec.DecodeError):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import typer
 
+from formiga_bt.base.endpoints import is_tls
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.site_folder import find_engines
 from formiga_bt.cli.integrator.absent import check_absent
@@ -168,6 +169,10 @@ def run(play: "Scenario", endpoint: str | None) -> int:
     from formiga_bt.rehearsal.simulation import describe
     from formiga_bt.rehearsal.stage import Stage
 
+    if is_tls(where):
+        raise FormigaError(
+            f"a scenario's agents have no keys, which the engine at {where} asks for", help="play it with --virtual"
+        )
     api = Api(lambda: _found(play.site.name, where), typer.echo, where) if client is not None else None
     requests = LiveRequests(api, typer.echo)
     typer.echo(f"starting {len(play.agents)} agents, each a process of its own, beside the engine at {where}")

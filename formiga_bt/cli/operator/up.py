@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from msgspec.structs import replace
 
+from formiga_bt.base.endpoints import reached_at
 from formiga_bt.base.errors import FormigaError, SiteError, TreeError
 from formiga_bt.base.site_folder import FOLDER, SiteFolder, check_free
 from formiga_bt.base.visible import visible
@@ -58,6 +59,13 @@ def command(
             metavar="ENDPOINT",
         ),
     ] = "",
+    keys: Annotated[
+        Path | None,
+        typer.Option(
+            help="The site's folder of keys: the engine connects by TLS to `formiga router`. Default: what the site file says.",
+            metavar="FOLDER",
+        ),
+    ] = None,
     desk: Annotated[
         list[str] | None,
         typer.Option(help="Somebody who answers by `formiga answer`; may be repeated.", metavar="PERSON[:TYPE]"),
@@ -134,11 +142,11 @@ def command(
 
     host = EngineHost(
         world.site, world.catalogue, served,
-        beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
+        beside=beside, speed=speed, http=http, desk=people, listen=listen, keys=keys, refused=refused, needs_token=token,
         journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
         start_anew=start_anew, metrics=metrics,
     )  # fmt: skip
-    with host, _fleet(host, world, people, sim) as agents, Collector() as collector, short_turns():
+    with host, _fleet(host, world, people, sim, keys) as agents, Collector() as collector, short_turns():
         _banner(host, people, sim)
         _serve(host, agents, collector, quiet=quiet)
         left = host.open_tasks()
@@ -253,12 +261,13 @@ def _check_sim(beside: Path, site: "Site") -> None:
 
 
 def _fleet(
-    host: "EngineHost", world: CheckWorld, people: dict[str, str], sim: bool
+    host: "EngineHost", world: CheckWorld, people: dict[str, str], sim: bool, keys: Path | None
 ) -> "AbstractContextManager[Simulated | None]":
     from contextlib import nullcontext
 
     if not sim:
         return nullcontext()
+    from formiga_bt.services.listening import keys_of
     from formiga_bt.services.simulated import Simulated
 
     assert world.site is not None
@@ -267,7 +276,10 @@ def _fleet(
             "--sim: simulated agents come by Zenoh, and the site file names other transports only; add zenoh: {}"
         )
     host.with_simulated = True
-    return Simulated(world.site, world.catalogue, connect=host.endpoint, folder=host.runtime_folder, without=people)
+    return Simulated(
+        world.site, world.catalogue, connect=reached_at(host.endpoint), folder=host.runtime_folder, without=people,
+        keys=keys or keys_of(world.site),
+    )  # fmt: skip
 
 
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
@@ -296,7 +308,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
 
 def _open(host: "EngineHost") -> list[str]:
     """Return who may command this site without being asked for more, as far as its people must know, in sentences."""
-    from formiga_bt.base.endpoints import is_local
+    from formiga_bt.base.endpoints import is_local, is_tls
     from formiga_bt.base.person_secrets import command as command_for
 
     found = []
@@ -307,7 +319,9 @@ def _open(host: "EngineHost") -> list[str]:
         who, verb = ", ".join(silent), "have" if len(silent) > 1 else "has"
         found.append(f"{who} {verb} no secret yet, so cannot approve or go on duty: {command_for(silent[0])}")
     beyond = not is_local(host.endpoint)
-    if host.endpoint and (beyond or host.site.mode == "real"):
+    if is_tls(host.endpoint):
+        found.append(f"agents prove by certificates who they are, to the router at {host.endpoint}: formiga router")
+    elif host.endpoint and (beyond or host.site.mode == "real"):
         who = "other machines" if beyond else "processes of this machine"
         found.append(f"the wire is not checked: {who} that reach {host.endpoint} can be any agent, or command each")
     return found

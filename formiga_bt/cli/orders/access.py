@@ -41,7 +41,7 @@ class AccessCommand(StrEnum):
     LIST = "list"
     ADD = "add"
     ROLE = "role"
-    AGENT = "agent"
+    IS = "is"
     TASKS = "tasks"
     DISABLE = "disable"
     ENABLE = "enable"
@@ -50,10 +50,16 @@ class AccessCommand(StrEnum):
     ACCOUNTS = "accounts"
     AUDIT = "audit"
     WHO = "who"
+    CA = "ca"
+    AGENT = "agent"
+    KEYS = "keys"
 
 
 _OF_SECRETS = (AccessCommand.SECRET, AccessCommand.LIST)
-_OF_WORDS = (AccessCommand.ROLE, AccessCommand.AGENT, AccessCommand.TASKS)
+_OF_WORDS = (
+    AccessCommand.ROLE, AccessCommand.IS, AccessCommand.TASKS, AccessCommand.AGENT, AccessCommand.REVOKE,
+)  # fmt: skip
+_OF_KEYS = (AccessCommand.CA, AccessCommand.AGENT, AccessCommand.KEYS)
 _OF_ALL = (AccessCommand.ACCOUNTS, AccessCommand.AUDIT, AccessCommand.WHO)
 
 
@@ -62,18 +68,31 @@ def command(
     person: Annotated[
         str,
         typer.Argument(
-            help="An account; of secret one of the people or pilots whom the site file names; of revoke a token's id.",
+            help="An account; of secret one of the people or pilots whom the site file names; of agent an agent;"
+            " of revoke a token's id, or the word agent.",
             metavar="[NAME]",
         ),
     ] = "",
     words: Annotated[
-        list[str] | None, typer.Argument(help="Of role: its roles. Of agent: its agent. Of tasks: its tasks.")
+        list[str] | None,
+        typer.Argument(
+            help="Of role: its roles. Of is: its agent. Of tasks: its tasks. Of agent, revoke agent: agents."
+        ),
     ] = None,
     role: Annotated[list[str] | None, typer.Option(help="Of add: a role; may be repeated.", metavar="ROLE")] = None,
     agent: Annotated[str, typer.Option(help="Of add: the agent that this person is.", metavar="AGENT")] = "",
     task: Annotated[
         list[str] | None, typer.Option(help="Of add: a task that it may request; may be repeated.", metavar="TASK")
     ] = None,
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Of ca: where agents reach the router, such as engine.example; may be repeated.", metavar="HOST"
+        ),
+    ] = None,
+    renew: Annotated[
+        bool, typer.Option("--renew", help="Of agent: a new certificate for the keys that it has.")
+    ] = False,
     expires: Annotated[str, typer.Option(help="Of token: how long it lasts.", metavar="TIME")] = "90d",
     reset: Annotated[
         bool, typer.Option("--reset", help="Do not ask for the present secret: who owns the site's files says so.")
@@ -83,9 +102,12 @@ def command(
 ) -> None:
     """Say who may do what at a site; it counts at once, also while its engine runs.
 
-    Accounts: add NAME --role ROLE makes one, role, agent and tasks change it, disable and enable shut it out and let it in,
+    Accounts: add NAME --role ROLE makes one, role, is and tasks change it, disable and enable shut it out and let it in,
     token NAME makes a token, which is shown once, revoke ID takes it back, accounts lists all, audit shows who asked for what,
     who tells whom the engine takes you for. Example: formiga access add ann --role operator
+
+    Keys of agents (docs/access.md): ca makes the site's authority, and keys of its engine and router; agent NAME makes keys to
+    be handed to an agent, --renew a new certificate for them, revoke agent NAME takes them back, keys lists all.
 
     Secrets: secret PERSON sets the secret with which a person approves and goes on duty in mode real, list shows who has one.
     It is asked for twice, and the present one before, if there is one. Scripts put them into files of mode 0600 and name
@@ -101,7 +123,12 @@ def command(
 
     people = people_of(found)
     folder = (Path() if is_demo(site) else site.parent).resolve() / FOLDER / found.name
+    if what in _OF_KEYS or (what is AccessCommand.REVOKE and person == "agent"):
+        _keys(what, found, folder, [person, *(words or ())], host or [], renew=renew, as_json=as_json)
+        return
     if what not in _OF_SECRETS:
+        if what is AccessCommand.REVOKE and words:
+            raise UnusableFile("say: formiga access revoke ID, or formiga access revoke agent NAME")
         if not person and what not in _OF_ALL:
             raise UnusableFile(
                 f"say whose: formiga access {what.value} {'ID' if what is AccessCommand.REVOKE else 'NAME'}"
@@ -154,7 +181,7 @@ def _carry_out(what: AccessCommand, folder: Path, said: accounts.Said, *, as_jso
             accounts.add(folder, said)
         case AccessCommand.ROLE:
             accounts.role(folder, said)
-        case AccessCommand.AGENT:
+        case AccessCommand.IS:
             accounts.agent(folder, said)
         case AccessCommand.TASKS:
             accounts.tasks(folder, said)
@@ -168,10 +195,32 @@ def _carry_out(what: AccessCommand, folder: Path, said: accounts.Said, *, as_jso
             accounts.accounts(folder, as_json=as_json)
         case AccessCommand.AUDIT:
             accounts.audit(folder, as_json=as_json)
-        case AccessCommand.SECRET | AccessCommand.LIST | AccessCommand.WHO:
+        case (
+            AccessCommand.SECRET | AccessCommand.LIST | AccessCommand.WHO
+            | AccessCommand.CA | AccessCommand.AGENT | AccessCommand.KEYS
+        ):  # fmt: skip
             raise AssertionError("these are carried out before")
         case _:
             assert_never(what)
+
+
+def _keys(
+    what: AccessCommand, site: "Site", folder: Path, names: list[str], hosts: list[str], *, renew: bool, as_json: bool
+) -> None:
+    from formiga_bt.cli.orders import keys  # loads the library of certificates
+
+    at = keys.place(site, _owned(folder))
+    agents = [one for one in names if one]
+    if what is AccessCommand.CA:
+        if agents:
+            raise UnusableFile("say: formiga access ca, with --host HOST where agents reach the router")
+        keys.ca(at, hosts)
+    elif what is AccessCommand.KEYS:
+        keys.show(at, as_json=as_json)
+    elif what is AccessCommand.AGENT:
+        keys.agent(at, agents, renew=renew)
+    else:
+        keys.revoke(at, agents[1:])
 
 
 def _who(*, as_json: bool) -> None:
