@@ -129,10 +129,10 @@ class Refusals:
             said = self._last.pop(_thread(line), None)
             if said is not None:
                 self._refused(said)
-        elif b"zenoh_link_tls" in line and b" WARN " in line:
+        elif b"zenoh_link_tls" in line and b"WARN" in line:
             what = _PLAIN.sub(b"", line).split(b": ", 1)[-1].decode(errors="replace")
             self._say(f"refused a connection: {_in_words(what)}")
-        elif b" ERROR " in line:
+        elif b"ERROR" in line:
             self._say(_PLAIN.sub(b"", line).decode(errors="replace").strip()[:300])
 
     def _refused(self, line: bytes) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from rigs import MemoryRig, PlainZenohRig, Rig, ZenohRig
+from rigs import MemoryRig, PlainZenohRig, Rig, SecuredZenohRig, ZenohRig
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,15 @@ def plain_rig() -> Iterator[ZenohRig]:
     rig.close()
 
 
-NETWORK = {"zenoh": "zenoh_rig", "plain": "plain_rig"}
+@pytest.fixture(scope="module")
+def secured_rig() -> Iterator[ZenohRig]:
+    """Engine and peers with keys, and a router between them."""
+    rig = SecuredZenohRig()
+    yield rig
+    rig.close()
+
+
+NETWORK = {"zenoh": "zenoh_rig", "plain": "plain_rig", "secured": "secured_rig"}
 
 
 @pytest.fixture(params=["memory", *(pytest.param(one, marks=pytest.mark.network) for one in NETWORK)])

@@ -12,7 +12,7 @@
     attach      a text: the bytes of a file `note.txt` that the result names; `bad_hash`: true names other bytes than are sent
     updates     true: the field `to` may be changed while it runs; the result of a success tells it as `to`
 
-Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
+Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS [KEYS]
 """
 
 import heapq
@@ -20,8 +20,10 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Protocol
 
+from formiga_bt.base.certificates import read_keys
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
@@ -159,14 +161,15 @@ def card(agent_type: str, agent: str, boot_id: str) -> AgentCard:
 def main() -> None:
     from formiga_bt.transport.zenoh_agent import ZenohAgentLink
 
-    site, endpoint, agent_type, agent, boot_id, lease_ms = sys.argv[1:]
+    site, endpoint, agent_type, agent, boot_id, lease_ms, *keys = sys.argv[1:]
+    own = read_keys(Path(keys[0]), time.time(), agent) if keys else None
     parent = os.getppid()
     calls: list[tuple[float, int, Callable[[], None]]] = []
 
     def later(delay_s: float, call: Callable[[], None]) -> None:
         heapq.heappush(calls, (time.monotonic() + delay_s, len(calls), call))
 
-    wire = ZenohAgentLink(site, connect=endpoint, lease_ms=int(lease_ms))
+    wire = ZenohAgentLink(site, connect=endpoint, lease_ms=int(lease_ms), keys=own)
     link = LossyLink(wire)
     body = ScriptedBody(link, wire, later, time.sleep)
     clock = lambda: time.monotonic_ns() // 1000  # noqa: E731

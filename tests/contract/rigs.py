@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -17,6 +18,8 @@ from typing import Any, TypeVar
 
 import peer as scripted
 
+from formiga_bt.base.authority import issue, make_authority
+from formiga_bt.base.certificates import About
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler, micros
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.attachments import check_bytes
@@ -41,6 +44,8 @@ from formiga_bt.transport.messages import (
     UpdateRequest,
 )
 from formiga_bt.transport.zenoh import ZenohTransport
+from formiga_bt.transport.zenoh_router import Router
+from formiga_bt.transport.zenoh_session import free_endpoint
 
 DEADLINE_S = 15.0
 REPLY_TIMEOUT_S = 1.0
@@ -305,19 +310,24 @@ class ZenohRig(Rig):
         super().__init__()
         self.woken = threading.Event()
         self.site = f"{type(self).__name__}{os.getpid()}"
-        self.zenoh = ZenohTransport(
-            self.site, listen="tcp/127.0.0.1:0", reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS
-        )
+        self.zenoh = self.make_wire()
         self.transport = self.zenoh
         self.zenoh.keep_files(self.shelf)
         self.transport.open(self.woken.set)
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
+    def make_wire(self) -> ZenohTransport:
+        return ZenohTransport(self.site, listen="tcp/127.0.0.1:0", reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS)
+
+    def more(self, agent: str) -> list[str]:
+        """What else a peer is told."""
+        return []
+
     def now(self) -> Micros:
         return time.monotonic_ns() // 1000
 
     def start(self, agent: str, boot_id: str) -> None:
-        arguments = [self.site, self.zenoh.endpoint, "drone", agent, boot_id, str(LEASE_MS)]
+        arguments = [self.site, self.zenoh.endpoint, "drone", agent, boot_id, str(LEASE_MS), *self.more(agent)]
         self.running[agent] = subprocess.Popen([sys.executable, str(self.script), *arguments])
 
     def kill(self, agent: str) -> None:
@@ -345,6 +355,31 @@ class ZenohRig(Rig):
         for agent in tuple(self.running):
             self.kill(agent)
         self.transport.close()
+
+
+class SecuredZenohRig(ZenohRig):
+    """Engine and peers connect by TLS to a router with the site's rules."""
+
+    PEERS = 60
+
+    def make_wire(self) -> ZenohTransport:
+        self.folder = tempfile.TemporaryDirectory(prefix="formiga-keys-")
+        keys = Path(self.folder.name) / "keys"
+        make_authority(keys, self.site, (), time.time())
+        for number in range(1, self.PEERS + 1):
+            issue(keys, f"p{number}", About(), time.time())
+        endpoint = free_endpoint("tls/127.0.0.1:0")
+        self.router = Router(self.site, keys, endpoint, simulation=False, tell=lambda _: None)
+        self.router.open()
+        return ZenohTransport(self.site, listen=endpoint, reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS, keys=keys)
+
+    def more(self, agent: str) -> list[str]:
+        return [str(Path(self.folder.name) / "keys" / agent)]
+
+    def close(self) -> None:
+        super().close()
+        self.router.close()
+        self.folder.cleanup()
 
 
 class PlainZenohRig(ZenohRig):
