@@ -88,11 +88,12 @@ def read_keys(folder: Path, now_s: float, who: str = "") -> Keys:
     try:
         ca, cert = _certificate(folder / CA), _certificate(folder / CERT)
         key = load_pem_private_key(_bytes(folder / KEY), None)
+    except (ValueError, TypeError) as error:
+        raise _unusable(folder, f"a file of it is no PEM: {error}") from error
+    try:
         cert.verify_directly_issued_by(ca)
     except (ValueError, TypeError, InvalidSignature) as error:
-        if isinstance(error, InvalidSignature):
-            raise _unusable(folder, f"{CERT} is not of the authority of {CA}") from error
-        raise _unusable(folder, f"a file of it is no PEM: {error}") from error
+        raise _unusable(folder, f"{CERT} is not of the authority of {CA}") from error
     if (folder / KEY).stat().st_mode & 0o077:
         raise KeysError(f"{folder / KEY} can be read by others", help=f"chmod 600 {folder / KEY}")
     if key.public_key() != cert.public_key():

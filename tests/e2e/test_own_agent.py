@@ -86,7 +86,7 @@ def elsewhere(folder: Path) -> None:
 
 
 def test_the_page_is_followed_to_the_first_goal(yard: Yard) -> None:
-    new, up, start, run = (line.split() for line in COMMANDS)
+    new, up, start, run, _ = (line.split() for line in COMMANDS)
     yard.run(*new)
     elsewhere(yard.folder)
     agent_file, doc = yard.folder / "mule.py", '"""Go to a place and look around there."""'
@@ -105,3 +105,32 @@ def test_the_page_is_followed_to_the_first_goal(yard: Yard) -> None:
     engine.send_signal(signal.SIGTERM)
     assert engine.wait(20) == 0, yard.logs()
     assert "action_refused" not in yard.logs()
+
+
+def test_the_page_is_followed_at_a_site_with_keys(yard: Yard) -> None:
+    """Three processes that believe nobody without a certificate; the router is started anew while the mule is on its way."""
+    new, up, _, run, start = (line.split() for line in COMMANDS)
+    yard.run(*new)
+    yard.run("formiga", "access", "ca")
+    assert "hand it the folder" in yard.run("formiga", "access", "agent", "mule_1")
+    site = yard.folder / "site.yaml"
+    (name,) = re.findall(r"^name: (\w+)", site.read_text(), re.MULTILINE)
+    endpoint, keys = free_endpoint("tls/127.0.0.1:0"), f".formiga/{name}/keys"
+    site.write_text(site.read_text().replace("listen: tcp/127.0.0.1:7447", f'listen: "{endpoint}", keys: {keys}'))
+    yard.run("formiga", "access", "agent", "mule_1", "--renew")  # says where the router is now
+    (yard.folder / keys / "mule_1").rename(yard.folder / "mule_1")
+    yard.start("formiga", "router")
+    yard.wait_for("it lets in the engine and mule_1")
+    engine = yard.start(*up, "--http", "127.0.0.1:0", "--speed", "1")
+    yard.wait_for("http://")
+    agent = yard.start(*start)
+    yard.wait_for("mule_1 is here")
+    task = yard.start(*run)
+    yard.wait_for("VisitMule running")
+    yard.run("formiga", "router", "--restart", "--yes")
+    assert task.wait(WITHIN_S) == 0, yard.logs()
+    assert "VisitMule succeeded" in yard.logs()
+    for one in (agent, engine):
+        one.send_signal(signal.SIGTERM)
+        assert one.wait(20) == 0, yard.logs()
+    assert "refused" not in yard.logs()

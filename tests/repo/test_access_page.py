@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.base.accounts import read_register
+from formiga_bt.base.authority import read_holders
 from formiga_bt.base.roles import MAY, Deed, Role, roles_that_may
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.starts import start
@@ -26,14 +27,17 @@ def test_the_commands_of_the_page_do_as_it_says(tmp_path: Path, monkeypatch: pyt
     (tmp_path / "site.yaml").write_text(start("site").replace("@site", "meadow"), encoding="utf-8")
     text = PAGE.read_text(encoding="utf-8")
     first = COMMAND.findall(text)
-    assert len(first) == 5
-    rows = re.findall(r"^\| `formiga (access \w+ [^`]*|access audit)`", text, re.MULTILINE)
-    assert len(rows) == 6
-    for command in [*first, *(row for row in rows if "revoke" not in row)]:
+    assert len(first) == 8
+    rows = re.findall(r"^\| `formiga (access [^`]*)`", text, re.MULTILINE)
+    assert len(rows) == 9
+    for command in [*first, *(row for row in rows if "revoke 3f" not in row)]:
         assert run(shlex.split(command)) == 0, command
     folder = tmp_path / ".formiga" / "meadow"
     (token,) = read_register(folder).tokens
     assert run(["access", "revoke", token.id]) == 0
+    holders = read_holders(folder / "keys")
+    assert [(one.name, bool(one.revoked)) for one in holders.holders] == [("hwd_1", True), ("lwd_1", False)]
+    assert holders.hosts == ("engine.example",)
     assert {name: [*one.roles] for name, one in read_register(folder).accounts.items()} == {
         "ann": ["operator", "pilot"], "shop": ["requester"], "pat": ["picker"],
     }  # fmt: skip

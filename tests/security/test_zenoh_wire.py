@@ -411,17 +411,11 @@ def test_an_agent_hears_nothing_of_others_and_looks_into_nothing(
     vault.is_unharmed(victim)
     assert [key for key in mallory.caught if "mallory" not in key and key != "engine/clock"] == []
     assert list(mallory.session.get("drone/victim/card", timeout=1.0)) == []
-    bare = zenoh.open(
-        zenoh.Config.from_json5(
-            json.dumps(
-                {
-                    "mode": "client",
-                    "connect": {"endpoints": [vault.endpoint]},
-                    "transport": {"link": {"tls": read_keys(vault.keys / "mallory", time.time()).tls(listens=False)}},
-                }
-            )  # fmt: skip
-        )
-    )
+    config = {
+        "mode": "client", "connect": {"endpoints": [vault.endpoint]},
+        "transport": {"link": {"tls": read_keys(vault.keys / "mallory", time.time()).tls(listens=False)}},
+    }  # fmt: skip
+    bare = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     try:
         own = str(bare.zid())  # a session tells itself what it is
         for key in ("@/**", "**"):

@@ -11,6 +11,7 @@ from typing import Final
 
 import typer
 
+from formiga_bt.base.endpoints import is_tls
 from formiga_bt.cli.author.first_task import sample
 from formiga_bt.cli.author.init import site_name
 from formiga_bt.cli.inputs import CheckWorld, UnusableFile, read_world
@@ -123,8 +124,12 @@ def make(file: str, folder: Path | None) -> None:
         raise UnusableFile(f"cannot write in {root}: {error.strerror or error}") from error
     more = f" --actions {own}" if known is None and site_file not in files else ""
     where = f" --site {site_file}" if root != Path() else ""
+    keys = f" --keys .formiga/{site}/keys/{agent}" if is_tls(listen) else ""
     show_next(
-        f"formiga up{more}{where}", f"python {path}", *([f"formiga run Try{name} --follow{where}"] if steps else [])
+        *([f"formiga access agent {agent}{where}"] if keys else []),
+        f"formiga up{more}{where}",
+        f"python {path}{keys}",
+        *([f"formiga run Try{name} --follow{where}"] if steps else []),
     )
 
 
@@ -211,7 +216,7 @@ def _agent(
     start = [] if mobility == "none" else [_START if known is None else _START_HERE]
     text = "\n".join([*start, *body, *([] if mobility == "none" else [_MAIN])])
     run = f'\n\nif __name__ == "__main__":\n    run({name}, id="{agent}", site="{site}"'
-    run += ")\n" if listen == "tcp/127.0.0.1:7447" else f', connect="{listen}")\n'
+    run += ")\n" if listen == "tcp/127.0.0.1:7447" or is_tls(listen) else f', connect="{listen}")\n'
     used = text + "".join(records)
     wanted = ["Agent", "action", "run", *(one for one in (*ANNOTATIONS.values(), "Between") if _uses(used, one))]
     known_names = set(ANNOTATIONS.values()) - {"float", "int", "str", "bool"} | {"Agent", "action", "run", "Between"}

@@ -38,7 +38,7 @@ def test_an_account_gets_roles_and_a_token_which_is_shown_once(folder: Path, cap
     assert (folder / ACCOUNTS).stat().st_mode & 0o777 == 0o600
     assert text not in (folder / ACCOUNTS).read_text()
 
-    assert said("role", "ann", "viewer") == said("tasks", "ann", "Hello") == said("agent", "ann") == 0
+    assert said("role", "ann", "viewer") == said("tasks", "ann", "Hello") == said("is", "ann") == 0
     assert said("disable", "ann") == 0
     assert find_account(read_register(folder), text, time.time()) is None
     assert said("enable", "ann") == 0

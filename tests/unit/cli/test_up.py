@@ -173,7 +173,7 @@ def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str],
         ("simulation", "tcp/127.0.0.1:1", []),
         ("simulation", "tcp/0.0.0.0:1", ["the wire is not checked: other machines that reach tcp/0.0.0.0:1"]),
         ("real", "tcp/127.0.0.1:1", ["site's token (run/token)", "processes of this machine that reach"]),
-        ("real", "tls/0.0.0.0:1", ["site's token (run/token)", "other machines that reach tls/0.0.0.0:1"]),
+        ("real", "tls/0.0.0.0:1", ["site's token (run/token)", "to the router at tls/0.0.0.0:1"]),
         ("real", "", ["site's token (run/token)"]),
     ],
 )

@@ -8,11 +8,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from formiga_bt.base.endpoints import is_tls
 from formiga_bt.base.site_folder import is_running
 from formiga_bt.cli.operator.checkup.finding import Finding, Level, Patient
 from formiga_bt.client import Client, NoEngine
 from formiga_bt.services.http.server import read_address
-from formiga_bt.services.listening import listen_of
+from formiga_bt.services.listening import keys_of, listen_of
 
 LISTENS: Final = "0A"
 """State of a socket in /proc/net/tcp."""
@@ -23,12 +24,15 @@ STATUS: Final[dict[str, Level]] = {"ok": "ok", "overloaded": "warn", "draining":
 def ports(patient: Patient) -> Iterator[Finding]:
     """Check that ports are free, or held by this site's engine."""
     wanted = {"the API": patient.http}
-    if patient.model is not None and (found := TCP.match(listen_of(patient.model))):
+    model = patient.model
+    if (
+        model is not None and keys_of(model) is None and (found := TCP.match(listen_of(model)))
+    ):  # else it is the router's
         wanted["the agents' wire"] = found[1]
     ours = patient.engine
     if ours is not None:
         yield Finding("ok", f"the engine of this site serves the API ({_who(ours.pid)})", ours.url)
-        if ours.endpoint:
+        if ours.endpoint and not is_tls(ours.endpoint):
             yield Finding("ok", f"the engine of this site serves the agents' wire ({_who(ours.pid)})", ours.endpoint)
         return
     for what, address in wanted.items():

@@ -8,7 +8,6 @@ from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.durable import PRIVATE_FILE, PRIVATE_FOLDER
-from formiga_bt.base.endpoints import is_tls
 from formiga_bt.base.unusable_files import unusable
 from formiga_bt.cli.inputs import find_tasks, is_demo, read_task
 from formiga_bt.cli.operator.checkup.finding import Finding, Patient
@@ -83,22 +82,3 @@ def _is_open(path: Path) -> bool:
     except OSError:  # it has gone meanwhile
         return False
     return not stat.S_ISLNK(found.st_mode) and bool(found.st_mode & 0o077)
-
-
-def keys(patient: Patient) -> Iterator[Finding]:
-    """Check the files that an endpoint with TLS names."""
-    listen = str(patient.model.transports.get("zenoh", {}).get("listen", "")) if patient.model is not None else ""
-    if not is_tls(listen):
-        return
-    named = dict(part.partition("=")[::2] for part in listen.partition("#")[2].split(";"))
-    if named.get("enable_mtls") != "true":
-        fix = "add enable_mtls=true and root_ca_certificate_file"
-        yield Finding("warn", "agents need no certificate to connect", listen.partition("#")[0], fix)
-    for key, word in named.items():
-        file = Path(word)
-        if not key.endswith("_file"):
-            continue
-        if not os.access(file, os.R_OK):
-            yield Finding("fail", f"{key} cannot be read", word, "look whether it is there, and who may read it")
-        elif "private_key" in key and _is_open(file):
-            yield Finding("fail", f"others may read {key}", word, f"chmod 600 {word}")
