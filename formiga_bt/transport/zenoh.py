@@ -94,6 +94,8 @@ from formiga_bt.transport.zenoh_session import (
 
 HOUSE_SOON_S: Final = 30 * DAY_S
 """So long before it expires the engine's own certificate is spoken of."""
+CUT_S: Final = 3.0
+"""So long the engine may be without its router before that is an alarm: a restart takes less."""
 HEARD_S: Final = 10.0
 """So long after it was heard an agent whose keys were revoked still speaks."""
 CARD_RETRY_S: Final = 0.5
@@ -173,6 +175,8 @@ class ZenohTransport:
         self._revoked: Revoked | None = None
         self._until = 0
         """When the engine's own certificate expires, seconds since 1970."""
+        self._linked_at = 0.0
+        """When the link to the router was last seen, by a clock that never goes back."""
         self._heard_revoked: dict[str, float] = {}
         """Agent whose keys were revoked -> when it was last heard, by a clock that never goes back."""
         self._site = site
@@ -211,7 +215,7 @@ class ZenohTransport:
         self._calls.open()
         if self._keys is not None:
             own, self._revoked = read_keys(self._keys / "engine", time.time(), ENGINE), Revoked(self._keys)
-            self._until = own.until
+            self._until, self._linked_at = own.until, time.monotonic()
             session = open_session(
                 "router", self._site, connect=[reached_at(self._listen)], lease_ms=self._lease_ms, keys=own
             )
@@ -311,16 +315,18 @@ class ZenohTransport:
             return []
         found = []
         with contextlib.suppress(zenoh.ZError):  # closed meanwhile
-            if not session.info.routers_zid():
+            now = time.monotonic()
+            if session.info.routers_zid():
+                self._linked_at = now
+            elif now - self._linked_at > CUT_S:
                 text = f"no link to the site's router at {reached_at(self._listen)}: no agent is heard: formiga router"
                 found.append(("router_gone", "router", text))
         left_s = self._until - time.time()
         if left_s < HOUSE_SOON_S:
             text = f"the engine's certificate expires on {day(self._until)}: formiga access ca, then start both anew"
             found.append(("keys_expire", "engine", text))
-        now = time.monotonic()
         for agent, at in sorted(self._heard_revoked.copy().items()):
-            if now - at < HEARD_S:
+            if time.monotonic() - at < HEARD_S:
                 text = f"{agent} still speaks, whose keys were revoked; it is ignored. Shut it out: formiga router --restart"
                 found.append(("keys_revoked", agent, text))
         return found

@@ -34,14 +34,15 @@ NOTIFY: Final = "notify"
 CRITICAL: Final = frozenset(
     {
         "agent_needs_help", "cut", "deposed", "double", "found_airborne", "journal_full", "journal_gone", "lockdown",
-        "no_free_port", "no_way_home", "not_resumed", "quarantined_airborne", "secret_guessed", "taken_over", NOTIFY,
+        "no_free_port", "no_way_home", "not_resumed", "quarantined_airborne", "router_gone", "secret_guessed",
+        "taken_over", NOTIFY,
     }
 )  # fmt: skip
 """Codes of what cannot wait for the morning: a machine in the air may need help, or nothing is safe any more."""
 WARNING: Final = frozenset(
     {
         "action_refused", "action_unknown", "attachment_refused", "bad_status", "clock_off", "events_unheard",
-        "field_refused", "journal_slow", "parked_away", "recover_slow", "update_refused",
+        "field_refused", "journal_slow", "keys_expire", "parked_away", "recover_slow", "update_refused",
     }
 )  # fmt: skip
 """Codes of what somebody should look at some time."""
