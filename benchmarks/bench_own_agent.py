@@ -4,6 +4,9 @@ Both agents are processes that a bare engine's end of the wire sends goals to, o
 with what it has written beforehand and keeps none of the rules of `docs/wire.md`: the ratio is their price, and asyncio's.
 
     python benchmarks/bench_own_agent.py [--goals N] [--rounds N]
+    python benchmarks/bench_own_agent.py --keys       # the same agent with keys, beside itself without: TLS and a router
+
+With --keys a request is measured, too: from `POST /v1/tasks` to the first goal at the agent, engine and agent as processes.
 """
 
 import argparse
@@ -15,9 +18,14 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
+from formiga_bt.base.authority import issue, make_authority
+from formiga_bt.base.certificates import About
 from formiga_bt.base.clock import SECOND
+from formiga_bt.base.site_folder import read_address
+from formiga_bt.client import Client
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentSeen,
@@ -39,7 +47,7 @@ class Mule(Agent, type="mule", mobility="ground"):
     async def Drive(self, to: Place) -> None:
         pass
 
-run(Mule, id="mule_1", site=sys.argv[1], connect=sys.argv[2], arguments=[])
+run(Mule, id="mule_1", site=sys.argv[1], connect=sys.argv[2], keys="".join(sys.argv[3:]), arguments=[])
 """
 
 PLAIN = """
@@ -69,16 +77,35 @@ while True:
 """
 
 
+ROUTER = """
+import sys, time
+from pathlib import Path
+from formiga_bt.transport.zenoh_router import Refusals, Router, hear_refusals
+
+router = Router(sys.argv[1], Path(sys.argv[2]), sys.argv[3], simulation=False, tell=lambda text: None)
+hear_refusals(Refusals(lambda number: "", lambda text: None))  # as formiga router does: each message is a line of its log
+router.open()
+while True:
+    time.sleep(1)
+"""
+
+
 class Wire:
     """An engine's end of the wire, and one agent's process."""
 
-    def __init__(self, program: str) -> None:
+    def __init__(self, program: str, keys: Path | None = None) -> None:
         self.woken = threading.Event()
-        self.transport = ZenohTransport("bench", listen="tcp/127.0.0.1:0")
+        listen = free_endpoint("tls/127.0.0.1:0" if keys is not None else "tcp/127.0.0.1:0")
+        self.router = None
+        own: list[str] = []
+        if keys is not None:
+            self.router = subprocess.Popen(
+                [sys.executable, "-c", ROUTER, "bench", str(keys), listen], stdout=subprocess.DEVNULL
+            )
+            own = [str(keys / "mule_1")]
+        self.transport = ZenohTransport("bench", listen=listen, keys=keys)
         self.transport.open(self.woken.set)
-        self.agent = subprocess.Popen(
-            [sys.executable, "-c", program, "bench", self.transport.endpoint], stderr=subprocess.DEVNULL
-        )
+        self.agent = subprocess.Popen([sys.executable, "-c", program, "bench", listen, *own], stderr=subprocess.DEVNULL)
         self.found: list[TransportEvent] = []
         self.beats = 0
         self.wait(lambda event: isinstance(event, AgentSeen))
@@ -115,15 +142,18 @@ class Wire:
         return (time.perf_counter() - start) * 1e3
 
     def close(self) -> None:
-        """End both."""
+        """End both, and the router."""
         self.agent.kill()
         self.agent.wait()
         self.transport.close()
+        if self.router is not None:
+            self.router.kill()
+            self.router.wait()
 
 
-def goals_ms(goals: int, rounds: int) -> tuple[float, float]:
-    """Return the medians of a goal with an agent of one's own and with a plain one, in turns."""
-    wires = [Wire(OWN), Wire(PLAIN)]
+def goals_ms(goals: int, rounds: int, other: Callable[[], Wire]) -> tuple[float, float]:
+    """Return the medians of a goal with an agent of one's own and with another one, in turns."""
+    wires = [Wire(OWN), other()]
     times: list[list[float]] = [[], []]
     try:
         number = 0
@@ -190,14 +220,119 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--goals", type=int, default=600)
     parser.add_argument("--rounds", type=int, default=6)
+    parser.add_argument("--keys", action="store_true", help="measure what keys cost")
     options = parser.parse_args()
+    if options.keys:
+        with_keys(options.goals, options.rounds)
+        return
     passed, lines = first_goal_s()
     print(f"lines: the page's agent {page_lines()}, what `formiga new agent` writes {lines}")
     print(
         f"from `formiga new agent` to the end of the first goal: {passed:.1f} s; 11 s of engine time at speed 20 are in it"
     )
-    own, plain = goals_ms(options.goals, options.rounds)
+    own, plain = goals_ms(options.goals, options.rounds, lambda: Wire(PLAIN))
     print(f"a goal and its end: {own:.2f} ms; with plain Zenoh {plain:.2f} ms; ratio {own / plain:.2f}")
+
+
+def with_keys(goals: int, rounds: int) -> None:
+    """Measure and print what TLS and a router cost."""
+    with tempfile.TemporaryDirectory(prefix="formiga-bench-") as name:
+        keys = Path(name) / "keys"
+        make_authority(keys, "bench", (), time.time())
+        issue(keys, "mule_1", About(), time.time())
+        plain, secured = goals_ms(goals, rounds, lambda: Wire(OWN, keys))
+    print(f"a goal and its end: {plain:.2f} ms; with TLS and a router {secured:.2f} ms; ratio {secured / plain:.2f}")
+    asked = {has_keys: requested_ms(rounds * 10, has_keys=has_keys) for has_keys in (False, True)}
+    for has_keys, times in asked.items():
+        words = "with TLS and a router" if has_keys else "without keys"
+        p90 = sorted(times)[len(times) * 9 // 10]
+        print(
+            f"from a request to its first goal at the agent, {words}: {statistics.median(times):.1f} ms, p90 {p90:.1f} ms"
+        )
+
+
+def requested_ms(requests: int, *, has_keys: bool) -> list[float]:
+    """Return how long it took from `POST /v1/tasks` to the first goal, which the agent notes on the clock of the machine."""
+    with tempfile.TemporaryDirectory(prefix="formiga-bench-") as name:
+        folder = Path(name)
+        call(folder, "-m", "formiga_bt", "new", "agent", "mule.py").wait()
+        site, endpoint = folder / "site.yaml", free_endpoint("tls/127.0.0.1:0" if has_keys else "tcp/127.0.0.1:0")
+        (of,) = re.findall(r"^name: (\w+)", site.read_text(), re.MULTILINE)
+        keys = f".formiga/{of}/keys"
+        options = f'listen: "{endpoint}"' + (f", keys: {keys}" if has_keys else "")
+        site.write_text(site.read_text().replace("listen: tcp/127.0.0.1:7447", options))
+        noted = folder / "noted.txt"
+        (folder / "mule.py").write_text(NOTING.replace("@site", of))
+        (folder / "actions" / "mule.yaml").unlink()
+        with (folder / "actions" / "mule.yaml").open("wb") as out:
+            subprocess.run([sys.executable, "mule.py", "--catalogue"], cwd=folder, stdout=out, check=True)
+        (folder / "trees" / "try_mule.yaml").write_text(ONE_GOAL)
+        running = []
+        if has_keys:
+            call(folder, "-m", "formiga_bt", "access", "ca").wait()
+            call(folder, "-m", "formiga_bt", "access", "agent", "mule_1").wait()
+            running.append(call(folder, "-m", "formiga_bt", "router"))
+        running.append(call(folder, "-m", "formiga_bt", "up", "--http", "127.0.0.1:0"))
+        running.append(
+            call(folder, "mule.py", *(["--keys", f"{keys}/mule_1"] if has_keys else []), "--connect", endpoint)
+        )
+        try:
+            return _requested(folder, of, noted, requests)
+        finally:
+            for one in reversed(running):
+                one.terminate()
+            for one in running:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    one.wait(15)
+                one.kill()
+                one.wait()
+
+
+def _requested(folder: Path, site: str, noted: Path, requests: int) -> list[float]:
+    until = time.monotonic() + 40
+    while (there := read_address(folder / ".formiga" / site)) is None or not any(
+        one.pool == "STANDBY" for one in Client(there).agents().agents if one.id == "mule_1"
+    ):
+        assert time.monotonic() < until, "the agent is not there"
+        time.sleep(0.1)
+    client, found = Client(there), []
+    for number in range(requests + 5):
+        seen, start = noted.read_text().count("\n") if noted.exists() else 0, time.monotonic_ns()
+        task = client.request("TryMule", {})
+        while not noted.exists() or noted.read_text().count("\n") == seen:
+            assert time.monotonic() < until + requests, "no goal came"
+            time.sleep(0.002)
+        if number >= 5:  # both are warm now
+            found.append((int(noted.read_text().split()[-1]) - start) / 1e6)
+        while client.detail(task).task.status not in ("SUCCEEDED", "FAILED"):
+            time.sleep(0.01)
+    return found
+
+
+NOTING = """
+import time
+from pathlib import Path
+from formiga_bt.agent import Agent, action, run
+
+class Mule(Agent, type="mule", mobility="none"):
+    @action(repeatable=True)
+    async def Note(self) -> None:
+        \"\"\"Note when it begins.\"\"\"
+        with Path("noted.txt").open("a") as out:
+            out.write(f"{time.monotonic_ns()}\\n")
+
+if __name__ == "__main__":
+    run(Mule, id="mule_1", site="@site")
+"""
+ONE_GOAL = """
+formiga: 1
+task: TryMule
+agents:
+  mule: {type: mule}
+steps:
+  - do: mule.Note
+    timeout: 10 min
+"""
 
 
 def page_lines() -> int:
