@@ -50,7 +50,7 @@ MOST_BYTES: Final = 4_000_000
 
 
 class Holder(Struct, frozen=True, forbid_unknown_fields=True):
-    """An agent that has keys; instants in seconds since 1970."""
+    """An agent or a program that has keys; instants in seconds since 1970."""
 
     name: str
     until: int
@@ -58,6 +58,8 @@ class Holder(Struct, frozen=True, forbid_unknown_fields=True):
     """Counts how often it got keys anew after a revocation."""
     revoked: int = 0
     """When; 0: its keys count."""
+    is_program: bool = False
+    """It calls services as the account of its name, and is no agent."""
 
     @property
     def common_name(self) -> str:
@@ -181,8 +183,8 @@ def make_authority(keys: Path, site: str, hosts: Sequence[str], now_s: float) ->
     return made
 
 
-def issue(keys: Path, name: str, about: About, now_s: float) -> Holder:
-    """Make keys of an agent, in the folder of its name.
+def issue(keys: Path, name: str, about: About, now_s: float, *, is_program: bool = False) -> Holder:
+    """Make keys of an agent, or of a program, in the folder of its name.
 
     Raises:
         KeysError: it has keys that count, or no name of an agent; there is no authority; or a router still knows its old keys.
@@ -195,16 +197,14 @@ def issue(keys: Path, name: str, about: About, now_s: float) -> Holder:
     known = read_holders(keys)
     before = known.find(name)
     if before is not None and not before.revoked and now_s < before.until:
-        help_ = (
-            f"a new certificate for them: formiga access agent {name} --renew; lost? formiga access revoke agent {name}"
-        )
+        help_ = f"a new certificate for them: --renew; lost? formiga access revoke agent {name}"
         raise KeysError(f"{name} has keys until {day(before.until)}; nothing was changed", help=help_)
     running = read_running(keys)
     if before is not None and before.revoked and running is not None and before.common_name in running.names:
         what = f"the router (process {running.pid}) still lets the revoked keys of {name} in; nothing was changed"
         raise KeysError(what, help="start it anew: formiga router --restart, then issue new keys")
     generation = 1 if before is None else before.generation + bool(before.revoked)
-    holder = Holder(name, int(now_s) + LASTS_S, generation)
+    holder = Holder(name, int(now_s) + LASTS_S, generation, is_program=is_program)
     ca, key = _read_authority(keys), _new_key()
     _folder(keys / name)
     _write_key(keys / name / KEY, key)

@@ -158,7 +158,6 @@ class ZenohTransport:
 
     name = "zenoh"
     guarantees = GUARANTEES
-    binds_names = False
     """Whoever reaches the endpoint may use any key."""
 
     def __init__(
@@ -172,6 +171,8 @@ class ZenohTransport:
         keys: Path | None = None,
     ) -> None:
         self._keys = keys
+        self.binds_names = keys is not None
+        """A router lets each holder of keys use its own name only."""
         self._revoked: Revoked | None = None
         self._until = 0
         """When the engine's own certificate expires, seconds since 1970."""

@@ -8,21 +8,30 @@ from typing import Final, Literal, NamedTuple
 
 Way = Literal["put", "query", "presence"]
 """Told as it happens; answered when somebody asks; a token that stands as long as its session."""
-Reader = Literal["engine", "agents", "simulated"]
-"""`simulated`: the agents of a site in mode simulation."""
+Reader = Literal["engine", "agents", "simulated", "callers"]
+"""`simulated`: the agents of a site in mode simulation. `callers`: agents and programs, each under its own name."""
 
 
 class WireKey(NamedTuple):
-    """A key of an agent, below `<type>/<id>/`, or of the engine, below `engine/`; `*` is one word of any kind."""
+    """A key of an agent, below `<type>/<id>/`, or of the engine: below `engine/`, or `svc/<principal>/`.
 
-    owner: Literal["agent", "engine"]
+    `*` is one word of any kind, `**` any number of them.
+    """
+
+    owner: Literal["agent", "engine", "svc"]
     rest: str
     ways: tuple[Way, ...]
     reader: Reader
 
     def of(self, agent_type: str, name: str) -> str:
-        """Return an agent's own key, or with `*` that of all agents; an engine's is what it is."""
-        return f"engine/{self.rest}" if self.owner == "engine" else f"{agent_type}/{name}/{self.rest}"
+        """Return an agent's own key, or with `*` that of all agents; an engine's is what it is, but for callers."""
+        match self.owner:
+            case "agent":
+                return f"{agent_type}/{name}/{self.rest}"
+            case "engine":
+                return f"engine/{self.rest}"
+            case "svc":
+                return f"svc/{name}/{self.rest}"
 
     @property
     def of_all(self) -> str:
@@ -44,7 +53,8 @@ CLOCK: Final = WireKey("engine", "clock", ("put",), "agents")
 SITE: Final = WireKey("engine", "site", ("put", "query"), "agents")
 FILES: Final = WireKey("engine", "attachments/*", ("query",), "agents")
 ENGINE_ALIVE: Final = WireKey("engine", "alive", ("presence",), "agents")
+CALLS: Final = WireKey("svc", "**", ("query",), "callers")
 
 KEYS: Final = (
-    ALIVE, CARD, STATUS, GOALS, GOAL, CANCEL, UPDATE, EVENT, TOLD, MOTION, CLOCK, SITE, FILES, ENGINE_ALIVE,
+    ALIVE, CARD, STATUS, GOALS, GOAL, CANCEL, UPDATE, EVENT, TOLD, MOTION, CLOCK, SITE, FILES, ENGINE_ALIVE, CALLS,
 )  # fmt: skip

@@ -22,7 +22,7 @@ from formiga_bt.base.authority import RUNNING, Running, read_holders
 from formiga_bt.base.certificates import ROUTER, read_keys
 from formiga_bt.base.durable import write_held
 from formiga_bt.base.visible import visible
-from formiga_bt.transport.zenoh_rules import Agent, access_control
+from formiga_bt.transport.zenoh_rules import Member, access_control
 from formiga_bt.transport.zenoh_session import close_session, on_network_thread, open_session
 
 LOG: Final = "error,zenoh_link_tls=warn,zenoh::net::routing::interceptor=trace"
@@ -51,7 +51,7 @@ class Router:
         self._held: IO[str] | None = None
         self.names: dict[str, str] = {}
         """Zenoh's number of a session -> whose certificate it showed."""
-        self.agents: tuple[Agent, ...] = ()
+        self.members: tuple[Member, ...] = ()
 
     def open(self) -> None:
         """Read who has keys, and let them in; takes about half a second.
@@ -64,11 +64,11 @@ class Router:
         now_s = time.time()
         own = read_keys(self._keys / "router", now_s, ROUTER)
         counting = read_holders(self._keys).counting(now_s)
-        self.agents = tuple(Agent(one.name, one.common_name) for one in counting)
-        rules = access_control(self._site, self.agents, simulation=self._simulation)
+        self.members = tuple(Member(one.name, one.common_name, one.is_program) for one in counting)
+        rules = access_control(self._site, self.members, simulation=self._simulation)
         self._session = open_session("router", "", listen=[self._listen], keys=own, rules=rules)
         self._heard = self._session.info.declare_link_events_listener(on_network_thread(self._on_link), history=True)
-        running = Running(os.getpid(), self._listen, tuple(one.common_name for one in self.agents))
+        running = Running(os.getpid(), self._listen, tuple(one.common_name for one in self.members))
         self._held = write_held(self._keys / RUNNING, json.dumps(msgspec.to_builtins(running)) + "\n")
 
     def close(self) -> None:

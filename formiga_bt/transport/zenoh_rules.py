@@ -26,30 +26,36 @@ READS: Final[Mapping[Way, tuple[str, ...]]] = {
 """What who reads a key sends."""
 
 
-class Agent(NamedTuple):
-    """An agent that a router lets in."""
+class Member(NamedTuple):
+    """An agent or a program that a router lets in."""
 
     name: str
     common_name: str
     """As its certificate says."""
+    is_program: bool = False
+    """It calls services, and is no agent."""
 
 
-def access_control(site: str, agents: Iterable[Agent], *, simulation: bool) -> dict[str, Any]:
+HOUSE: Final = Member("", ENGINE)
+
+
+def access_control(site: str, members: Iterable[Member], *, simulation: bool) -> dict[str, Any]:
     """Return Zenoh's configuration `access_control`.
 
     Args:
         site: the site's name, below which all keys lie.
-        agents: whose certificates count.
+        members: whose certificates count.
         simulation: whether agents hear where the others move, as simulated people do.
     """
     table = [key for key in KEYS if simulation or key.reader != "simulated"]
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
     subjects: list[dict[str, Any]] = []
-    for common_name, name in ((ENGINE, ""), *((one.common_name, one.name) for one in agents)):
+    for member in (HOUSE, *members):
+        common_name = member.common_name
         allowed: dict[tuple[Flow, str], set[str]] = {}
         for key in table:
-            _allow(allowed, site, key, name)
+            _allow(allowed, site, key, member)
         for (flow, message), keys in allowed.items():
             rules.append(
                 {
@@ -65,19 +71,29 @@ def access_control(site: str, agents: Iterable[Agent], *, simulation: bool) -> d
     }  # fmt: skip
 
 
-def _allow(allowed: dict[tuple[Flow, str], set[str]], site: str, key: WireKey, agent: str) -> None:
-    """Add what a key lets one holder do; `agent` empty: the engine."""
-    own, of_all = f"{site}/{key.of('*', agent)}", f"{site}/{key.of_all}"
-    owns = bool(agent) == (key.owner == "agent")
-    reads = key.reader == "engine" if not agent else key.reader != "engine"
+def _allow(allowed: dict[tuple[Flow, str], set[str]], site: str, key: WireKey, member: Member) -> None:
+    """Add what a key lets one member do."""
+    own, of_all = f"{site}/{key.of('*', member.name or '*')}", f"{site}/{key.of_all}"
     for way in key.ways:
-        if owns:
+        if _owns(key, member):
             _add(allowed, "ingress", WRITES[way], own)
             # What others ask of it comes in as they say it, a query as the one key that it is for.
             _add(allowed, "egress", READS[way], own if way == "query" else of_all)
-        if reads:
-            _add(allowed, "ingress", READS[way], of_all)
+        if _reads(key, member):
+            _add(allowed, "ingress", READS[way], own if key.reader == "callers" else of_all)
             _add(allowed, "egress", WRITES[way], of_all)
+
+
+def _owns(key: WireKey, member: Member) -> bool:
+    if member.is_program:
+        return False
+    return (key.owner == "agent") == (member is not HOUSE)
+
+
+def _reads(key: WireKey, member: Member) -> bool:
+    if member is HOUSE:
+        return key.reader == "engine"
+    return key.reader == "callers" if member.is_program else key.reader != "engine"
 
 
 def _add(allowed: dict[tuple[Flow, str], set[str]], flow: Flow, messages: Iterable[str], key: str) -> None:

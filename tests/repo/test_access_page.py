@@ -29,14 +29,18 @@ def test_the_commands_of_the_page_do_as_it_says(tmp_path: Path, monkeypatch: pyt
     first = COMMAND.findall(text)
     assert len(first) == 8
     rows = re.findall(r"^\| `formiga (access [^`]*)`", text, re.MULTILINE)
-    assert len(rows) == 9
+    assert len(rows) == 10
     for command in [*first, *(row for row in rows if "revoke 3f" not in row)]:
         assert run(shlex.split(command)) == 0, command
     folder = tmp_path / ".formiga" / "meadow"
     (token,) = read_register(folder).tokens
     assert run(["access", "revoke", token.id]) == 0
     holders = read_holders(folder / "keys")
-    assert [(one.name, bool(one.revoked)) for one in holders.holders] == [("hwd_1", True), ("lwd_1", False)]
+    assert [(one.name, bool(one.revoked)) for one in holders.holders] == [
+        ("hwd_1", True),
+        ("lwd_1", False),
+        ("shop", False),
+    ]
     assert holders.hosts == ("engine.example",)
     assert {name: [*one.roles] for name, one in read_register(folder).accounts.items()} == {
         "ann": ["operator", "pilot"], "shop": ["requester"], "pat": ["picker"],

@@ -22,6 +22,7 @@ from formiga_bt.base.authority import issue, make_authority, renew, revoke
 from formiga_bt.base.certificates import DAY_S, About, Keys, KeysError, read_keys
 from formiga_bt.base.clock import SECOND
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.calls import Call
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,
@@ -74,12 +75,14 @@ class Vault:
         make_authority(self.keys, SITE, (), time.time())
         for name in ("victim", "mallory", "gone"):
             issue(self.keys, name, About(), time.time())
+        issue(self.keys, "shop", About(), time.time(), is_program=True)
         issue(self.keys, "late", About(), time.time() - 40 * DAY_S)
         self.said = folder / "router.log"
         self.router: subprocess.Popen[bytes] | None = None
         self.start_router()
         self.heard: list[TransportEvent] = []
         self.engine = ZenohTransport(SITE, listen=self.endpoint, keys=self.keys, reply_timeout_s=1.0)
+        self.engine.serve_calls(Desk(), bare=not self.engine.binds_names)
         self.engine.open(lambda: None)
         self.beats = 0
 
@@ -137,6 +140,16 @@ class Vault:
     def close(self) -> None:
         self.engine.close()
         self.end_router()
+
+
+class Desk:
+    """Answers calls with whose they are."""
+
+    services = ("formiga/add_task",)
+    urgent = ()
+
+    def answer(self, call: Call) -> bytes:
+        return f"{call.principal} calls {call.service}".encode()
 
 
 class Honest:
@@ -434,6 +447,33 @@ def test_an_agent_that_plays_a_router_breaks_nothing(
     for _ in range(3):
         vault.is_unharmed(victim)
     assert [key for key in rogue.caught if key != "engine/clock"] == []
+
+
+# -- programs ----------------------------------------------------------------------------------------------------------
+def test_a_program_calls_services_under_its_own_name_and_is_no_agent(
+    vault: Vault, victim: Honest, attack: Callable[..., Attacker]
+) -> None:
+    shop = attack(read_keys(vault.keys / "shop", time.time()))
+    until(lambda: shop.session.info.routers_zid(), "a link")
+
+    def said(key: str) -> list[str]:
+        return [one.ok.payload.to_string() for one in shop.session.get(key, timeout=1.0) if one.ok is not None]
+
+    assert until(lambda: said("svc/shop/formiga/add_task"), "an answer") == ["shop calls formiga/add_task"]
+    for other in (
+        "svc/ann/formiga/add_task",
+        "svc/*/formiga/add_task",
+        "svc/**",
+        "formiga/add_task",
+        "drone/victim/card",
+    ):
+        assert said(other) == []
+    for key in ("**", "*/*/status", "engine/clock"):
+        shop.kept.append(shop.session.declare_subscriber(key, shop.catch))
+    vault.beat()
+    vault.is_unharmed(victim)
+    assert shop.caught == []
+    vault.says(f"refused shop: query {SITE}/svc/ann/formiga/add_task")
 
 
 # -- an engine that is not the agent's own -----------------------------------------------------------------------------

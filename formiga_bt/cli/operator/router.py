@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Final
@@ -18,6 +19,7 @@ from formiga_bt.cli.printing import show_next
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Site
+    from formiga_bt.transport.zenoh_rules import Member
 
 RESTART_S: Final = 10.0
 """So long a router that is told to start anew is waited for."""
@@ -80,7 +82,7 @@ def _run(site: "Site", folder: Path, listen: str) -> None:
         signal.signal(number, lambda one, _: asked.append(one))
     router.open()
     try:
-        say(f"router of {site.name}, process {os.getpid()}, at {listen}: {_those(router.agents)}")
+        say(f"router of {site.name}, process {os.getpid()}, at {listen}: {_those(router.members)}")
         done = 0
         while True:
             signal.sigtimedwait([], 0.2)
@@ -89,15 +91,17 @@ def _run(site: "Site", folder: Path, listen: str) -> None:
                 if got != signal.SIGHUP:
                     return
                 router.restart()
-                say(f"started anew: {_those(router.agents)}")
+                say(f"started anew: {_those(router.members)}")
     finally:
         router.close()
         say("the router has ended")
 
 
-def _those(agents: "tuple[object, ...]") -> str:
-    names = [str(getattr(one, "name", "")) for one in agents]
-    return f"it lets in the engine and {', '.join(names)}" if names else "it lets in the engine, and no agent has keys"
+def _those(members: "Sequence[Member]") -> str:
+    names = [one.name for one in members]
+    return (
+        f"it lets in the engine and {', '.join(names)}" if names else "it lets in the engine, and nobody else has keys"
+    )
 
 
 def _restart(site: "Site", folder: Path, file: Path, *, yes: bool) -> None:

@@ -52,14 +52,16 @@ class AccessCommand(StrEnum):
     WHO = "who"
     CA = "ca"
     AGENT = "agent"
+    PROGRAM = "program"
     KEYS = "keys"
 
 
 _OF_SECRETS = (AccessCommand.SECRET, AccessCommand.LIST)
 _OF_WORDS = (
-    AccessCommand.ROLE, AccessCommand.IS, AccessCommand.TASKS, AccessCommand.AGENT, AccessCommand.REVOKE,
+    AccessCommand.ROLE, AccessCommand.IS, AccessCommand.TASKS, AccessCommand.AGENT, AccessCommand.PROGRAM,
+    AccessCommand.REVOKE,
 )  # fmt: skip
-_OF_KEYS = (AccessCommand.CA, AccessCommand.AGENT, AccessCommand.KEYS)
+_OF_KEYS = (AccessCommand.CA, AccessCommand.AGENT, AccessCommand.PROGRAM, AccessCommand.KEYS)
 _OF_ALL = (AccessCommand.ACCOUNTS, AccessCommand.AUDIT, AccessCommand.WHO)
 
 
@@ -107,7 +109,8 @@ def command(
     who tells whom the engine takes you for. Example: formiga access add ann --role operator
 
     Keys of agents (docs/access.md): ca makes the site's authority, and keys of its engine and router; agent NAME makes keys to
-    be handed to an agent, --renew a new certificate for them, revoke agent NAME takes them back, keys lists all.
+    be handed to an agent, program NAME of a program that calls services as the account of that name, --renew a new certificate
+    for them, revoke agent NAME takes them back, keys lists all.
 
     Secrets: secret PERSON sets the secret with which a person approves and goes on duty in mode real, list shows who has one.
     It is asked for twice, and the present one before, if there is one. Scripts put them into files of mode 0600 and name
@@ -197,7 +200,7 @@ def _carry_out(what: AccessCommand, folder: Path, said: accounts.Said, *, as_jso
             accounts.audit(folder, as_json=as_json)
         case (
             AccessCommand.SECRET | AccessCommand.LIST | AccessCommand.WHO
-            | AccessCommand.CA | AccessCommand.AGENT | AccessCommand.KEYS
+            | AccessCommand.CA | AccessCommand.AGENT | AccessCommand.PROGRAM | AccessCommand.KEYS
         ):  # fmt: skip
             raise AssertionError("these are carried out before")
         case _:
@@ -217,8 +220,8 @@ def _keys(
         keys.ca(at, hosts)
     elif what is AccessCommand.KEYS:
         keys.show(at, as_json=as_json)
-    elif what is AccessCommand.AGENT:
-        keys.agent(at, agents, renew=renew)
+    elif what in (AccessCommand.AGENT, AccessCommand.PROGRAM):
+        keys.agent(at, agents, renew=renew, is_program=what is AccessCommand.PROGRAM)
     else:
         keys.revoke(at, agents[1:])
 

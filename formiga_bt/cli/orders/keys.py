@@ -79,27 +79,28 @@ def ca(at: Place, hosts: Sequence[str]) -> None:
     show_next("formiga access agent NAME", "formiga router", "formiga up")
 
 
-def agent(at: Place, names: Sequence[str], *, renew: bool) -> None:
-    """Make keys of agents, or new certificates of theirs."""
+def agent(at: Place, names: Sequence[str], *, renew: bool, is_program: bool) -> None:
+    """Make keys of agents or programs, or new certificates of theirs."""
     if not names:
         raise UnusableFile("say whose: formiga access agent NAME (an account's agent: formiga access is ACCOUNT AGENT)")
     with changing(at.keys):
         about = at.about(read_holders(at.keys).hosts)
         for name in names:
-            holder = (authority.renew if renew else authority.issue)(at.keys, name, about, time.time())
             where = _shown(at.keys / name)
             if renew:
+                holder = authority.renew(at.keys, name, about, time.time())
                 typer.echo(
                     f"{name} has a new certificate until {day(holder.until)}: hand it {where}/cert.pem, no secret"
                 )
             else:
+                holder = authority.issue(at.keys, name, about, time.time(), is_program=is_program)
                 typer.echo(
                     f"{name} has keys until {day(holder.until)}: hand it the folder {where}, by a way others cannot read"
                 )
     running = read_running(at.keys)
     if running is not None and any(one not in running.names for one in _names(at, names)):
         show_next("formiga router --restart")
-    elif not renew:
+    elif not renew and not is_program:
         show_next(f"python my_agent.py --keys {_shown(at.keys / names[0])}")
 
 
@@ -122,17 +123,23 @@ def show(at: Place, *, as_json: bool) -> None:
     known, running, now_s = read_holders(at.keys), read_running(at.keys), time.time()
     rows = [(one, _state(one, now_s, running)) for one in known.holders]
     if as_json:
-        found = [{"name": one.name, "until": one.until, "state": word} for one, word in rows]
+        found = [{"name": one.name, "kind": _kind(one), "until": one.until, "state": word} for one, word in rows]
         print_json({"keys": found, "hosts": list(known.hosts), "router": running.endpoint if running else ""})
         return
     if not (at.keys / authority.CA_KEY).exists() and not known.holders:
         typer.echo("no keys: agents are believed what they say they are")
         show_next("formiga access ca")
         return
-    print_table([("AGENT", "UNTIL", "STATE"), *((one.name, day(one.until), word) for one, word in rows)])
+    print_table(
+        [("WHO", "IS", "UNTIL", "STATE"), *((one.name, _kind(one), day(one.until), word) for one, word in rows)]
+    )
     typer.echo(
         f"router: process {running.pid} at {running.endpoint}" if running else "router: none runs on this machine"
     )
+
+
+def _kind(one: Holder) -> str:
+    return "program" if one.is_program else "agent"
 
 
 def _state(one: Holder, now_s: float, running: authority.Running | None) -> str:

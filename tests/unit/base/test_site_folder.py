@@ -68,13 +68,13 @@ def test_a_damaged_epoch_is_never_guessed(tmp_path: Path, text: str) -> None:
 
 def test_counters_go_on_after_a_clean_end(tmp_path: Path) -> None:
     with SiteFolder(tmp_path, "meadow") as folder:
-        assert folder.marks() == (0, {"task": 0, "question": 0, "clearance": 0, "safety": 0})
+        assert folder.marks() == (0, {"task": 0, "question": 0, "clearance": 0, "safety": 0, "alarm": 0})
         folder.counted("task", 1, 500)
         folder.counted("deadline", 9, 600)
         folder.settle(700)
         folder.settle(650)
     with SiteFolder(tmp_path, "meadow") as folder:
-        assert folder.marks() == (700, {"task": 1, "question": 0, "clearance": 0, "safety": 0})
+        assert folder.marks() == (700, {"task": 1, "question": 0, "clearance": 0, "safety": 0, "alarm": 0})
 
 
 def test_after_a_crash_the_rest_of_what_was_set_aside_is_passed_over(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_what_waits_is_written_at_the_end(tmp_path: Path, disk: Full, wording: W
         disk.room = True
         folder.settle(30)
         assert read_lines(folder.path / "approvals.jsonl") == [{"n": 1}]
-        assert folder.marks() == (30, {"task": 1, "question": 0, "clearance": 0, "safety": 0})
+        assert folder.marks() == (30, {"task": 1, "question": 0, "clearance": 0, "safety": 0, "alarm": 0})
 
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"counters": {"task": "x"}}', '{"counters": 3}'])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.agent import Agent
+from formiga_bt.agent import Agent, action
 from formiga_bt.agent.process import run as run_agent
 from formiga_bt.base.certificates import read_keys
 from formiga_bt.cli.app import run
@@ -48,12 +48,16 @@ def test_keys_are_made_listed_renewed_and_revoked(keys: Path, capsys: Capture) -
     found = read_keys(keys / "lwd_1", time.time(), "lwd_1")
     assert (found.about.site, found.about.connect) == ("meadow", "tls/engine.example:7447")
     assert said("agent", "lwd_1") == 1
-    assert said("agent", "lwd_1", "--renew") == 0
+    assert said("agent", "lwd_1", "--renew") == said("program", "shop") == 0
     assert said("revoke", "agent", "lwd_2") == 0
     capsys.readouterr()
     assert said("keys", "--json") == 0
     told = json.loads(capsys.readouterr().out)
-    assert [(one["name"], one["state"]) for one in told["keys"]] == [("lwd_1", "counts"), ("lwd_2", "revoked")]
+    assert [(one["name"], one["state"]) for one in told["keys"]] == [
+        ("lwd_1", "counts"),
+        ("lwd_2", "revoked"),
+        ("shop", "counts"),
+    ]
     assert (told["hosts"], told["router"]) == (["engine.example"], "")
     assert said("keys") == 0
 
@@ -62,6 +66,7 @@ def test_keys_are_made_listed_renewed_and_revoked(keys: Path, capsys: Capture) -
     ("words", "code"),
     [
         (["agent"], 2),
+        (["program"], 2),
         (["agent", "lwd_1"], 1),  # there is no authority
         (["agent", "lwd_1", "--renew"], 1),
         (["revoke", "agent"], 2),
@@ -115,6 +120,9 @@ def test_an_engine_does_not_start_with_keys_that_are_not_there(keys: Path, capsy
 
 class Mule(Agent, type="mule", mobility="ground"):
     """A mule."""
+
+    @action
+    async def Stand(self) -> None: ...  # noqa: N802 - actions are CamelCase
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,10 @@ import zenoh
 from formiga_bt.base.certificates import ENGINE
 from formiga_bt.transport.zenoh_keys import KEYS
 from formiga_bt.transport.zenoh_router import Refusals
-from formiga_bt.transport.zenoh_rules import Agent, access_control
+from formiga_bt.transport.zenoh_rules import Member, access_control
 
 DOC = Path(__file__).parents[3] / "docs" / "wire.md"
-AGENTS = [Agent("a1", "a1"), Agent("a2", "a2.3")]
+AGENTS = [Member("a1", "a1"), Member("a2", "a2.3"), Member("shop", "shop", is_program=True)]
 
 
 def may(rules: dict[str, Any], who: str, flow: str, message: str, key: str) -> bool:
@@ -66,6 +66,22 @@ def test_everything_else_is_denied() -> None:
                     assert not may(rules, who, flow, message, key), (who, flow, message, key)
 
 
+def test_each_calls_services_under_its_own_name_and_a_program_is_no_agent() -> None:
+    rules = access_control("s", AGENTS, simulation=True)
+    for who, name in (("shop", "shop"), ("a1", "a1"), ("a2.3", "a2")):
+        assert may(rules, who, "ingress", "query", f"s/svc/{name}/formiga/add_task")
+        for other in ("*", "ann", "*/formiga", "local"):
+            assert not may(rules, who, "ingress", "query", f"s/svc/{other}/formiga/add_task")
+        assert not may(rules, who, "ingress", "query", "s/formiga/add_task")
+        assert not may(rules, who, "ingress", "declare_queryable", f"s/svc/{name}/formiga/add_task")
+        assert may(rules, who, "egress", "reply", f"s/svc/{name}/formiga/add_task")
+    assert may(rules, ENGINE, "ingress", "declare_queryable", "s/svc/*/formiga/add_task")
+    for message, key in (
+        ("put", "s/drone/shop/status"), ("liveliness_token", "s/drone/shop/alive"), ("declare_subscriber", "s/engine/clock"),
+    ):  # fmt: skip
+        assert not may(rules, "shop", "ingress", message, key)
+
+
 def test_agents_hear_where_others_move_in_simulations_only() -> None:
     real, simulated = (access_control("s", AGENTS, simulation=one) for one in (False, True))
     for message in ("declare_subscriber",):
@@ -78,12 +94,20 @@ def test_agents_hear_where_others_move_in_simulations_only() -> None:
 def test_the_page_of_the_wire_has_the_keys_of_the_table() -> None:
     text = DOC.read_text(encoding="utf-8").partition("\n## Keys")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| `([^`]+)` \| ([^|]+) \| (\w+) \|", text, re.MULTILINE)
-    said = {re.sub(r"<(?:action|event|sha256)>", "*", key).replace("<type>/<id>", "*/*"): how for key, how, _ in rows}
+    words = {
+        "<type>/<id>": "*/*",
+        "<action>": "*",
+        "<event>": "*",
+        "<sha256>": "*",
+        "<principal>": "*",
+        "<service>": "**",
+    }
+    said = {re.sub("|".join(map(re.escape, words)), lambda found: words[found[0]], key): how for key, how, _ in rows}
     table = {one.of_all: one for one in KEYS if one.reader != "simulated"}
     assert said.keys() == table.keys()
-    words = {"put": "put", "query": "queryable", "presence": "liveliness token"}
+    ways = {"put": "put", "query": "queryable", "presence": "liveliness token"}
     for key, how in said.items():
-        assert {way for way, word in words.items() if word in how} == set(table[key].ways), key
+        assert {way for way, word in ways.items() if word in how} == set(table[key].ways), key
 
 
 LOG = "2026-11-28T11:42:08Z TRACE rx-1 ThreadId(12) zenoh::net::routing::interceptor::access_control: {what}\n"
