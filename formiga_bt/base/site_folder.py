@@ -10,6 +10,7 @@
 | `door` | the local door, a Unix socket, while the engine runs; elsewhere if this path is too long |
 | `token` | the word that callers from other machines must know, in mode real all callers |
 | `accounts.json` | accounts with their roles, and the hashes of their tokens |
+| `keys/` | keys of the engine, the router and the agents, and the authority that made them (`authority.py`) |
 | `audit.jsonl` | who asked for what, and what was refused: a line each; `audit.1.jsonl` is the older half |
 | `secrets.json` | of each person with a secret of their own: its hash |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
