@@ -165,11 +165,11 @@ def text_of(path: Path, problems: Problems) -> str | None:
         return None
 
 
-def check_version(keys: Keys, key: str, needs: str, help: str = "") -> None:
+def check_version(keys: Keys, key: str, needs: str) -> None:
     """Report E007 for a file of another version than 1; `needs` begins the message: `this site needs`."""
     at = keys.text(key)
     if at is not None and at.text != "1":
-        keys.wrong(key, "E007", f"{needs} version {shorten(at.text)}, this program knows 1", help)
+        keys.wrong(key, "E007", f"{needs} version {shorten(at.text)}, this program knows 1", f"write {key}: 1")
 
 
 def read_inside(node: Node, options: Iterable[Option], problems: Problems, what: str, owner: str) -> Keys:

@@ -250,7 +250,11 @@ class ExpressionChecker(Operands):
             return self.bad(node, "E013", what, f"write {counted}", mended=counted, reads=base.reads)
         if count is not None and index.is_const and not index.const < count:
             what = f"'{base.name}' has {count} item{'' if count == 1 else 's'}, there is no [{index.const}]"
-            mend = f"the first is {base.name}[0], the last {base.name}[{count - 1}]"
+            mend = (
+                f"the first is {base.name}[0], the last {base.name}[{count - 1}]"
+                if count > 1
+                else f"write {base.name}[0]"
+            )
             return self.bad(node, "E013", what, mend, reads=base.reads)
         return self.made(node, base.type.item or ANY, item_code(base.run, index.run), [base, index])
 

@@ -210,7 +210,8 @@ def _wrong_field(have: Typed, want: Type) -> Mismatch | None:
     for name, due in want.fields.items():
         of = have.type.fields.get(name)
         if of is None:
-            return Mismatch("E013", f"'{have.source}' has no '{name}', {in_words(want)} is due")
+            said = f"'{have.source}' has no '{name}', {in_words(want)} is due"
+            return Mismatch("E013", said, f"fields: {', '.join(want.fields)}")
         if not fits(of, due):
             return Mismatch("E013", f"'{have.source}.{name}' is due {in_words(due)}, this is {in_words(of)}")
     return None

@@ -170,7 +170,7 @@ class _Binding:
         before = self.given.setdefault(param.name, name)
         if param.name in self.values or before != name:
             what = f"'{name}' is given twice" if before == name else f"'{name}' and '{before}' are the same parameter"
-            self.problems.append(Diagnostic("E018", mark, what))
+            self.problems.append(Diagnostic("E018", mark, what, "give one of them"))
             return
         if isinstance(said, str):
             value, found = _read(param, said, mark.file, self._site, self._now)

@@ -50,7 +50,7 @@ class _Agents:
         if type_ is None:
             return None
         if id_.text in self.book.types:
-            self.problems.add("E018", id_.mark, f"there is an agent '{id_.text}' already")
+            self.problems.add("E018", id_.mark, f"there is an agent '{id_.text}' already", "give it another id")
             return None
         self.book.types[id_.text] = type_
         human = self.catalogue.types[type_].human

@@ -6,6 +6,7 @@ from formiga_bt.lang.codes import read_code
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import RETRY
 from formiga_bt.lang.model import Expr, Retry
+from formiga_bt.lang.text.colons import in_text
 from formiga_bt.lang.text.document import Entry, Node, Scalar
 from formiga_bt.lang.text.reading import read_mapping, read_text, what_is
 from formiga_bt.lang.types import DURATION, INT, NUMBER
@@ -22,10 +23,11 @@ def read_bound(body: Body, node: Node, key: str) -> Expr:
 def read_retry(body: Body, entry: Entry) -> Retry | None:
     """Read `retry`, or return None if it says nothing that can be used."""
     node = entry.value
-    if isinstance(node, Scalar):
-        mend = f"{{attempts: {node.text or 3}}}"
+    if isinstance(node, Scalar) and not any(in_text(node.text)):
+        is_number = node.text.isdecimal() or "${" in node.text
+        mend = f"{{attempts: {node.text if is_number else 3}}}"
         what = f"'retry' must be a mapping, this is {what_is(node)}"
-        fix = Fix(node.mark, mend) if node.text and entry.key.text == "retry" else None
+        fix = Fix(node.mark, mend) if is_number and entry.key.text == "retry" else None
         body.problems.add("E008", node.mark, what, f"write {mend}", fix)
         return None
     mapping = read_mapping(node, body.problems, "retry")

@@ -24,7 +24,9 @@ _SI_UNIT: Final = {"duration": "s", "distance": "m", "speed": "m/s", "percent": 
 
 def why_unreadable(error: OSError | ValueError) -> str:
     """Return why a file could not be read as text, in words."""
-    return (error.strerror or "no such file") if isinstance(error, OSError) else "it is not UTF-8 text"
+    return (
+        (error.strerror or "no such file") if isinstance(error, OSError) else "it is not UTF-8 text: save it as UTF-8"
+    )
 
 
 class Problems:

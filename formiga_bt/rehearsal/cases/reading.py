@@ -105,7 +105,7 @@ class _Reader:
         keys = read_root(text, file, FILE, self.problems, what="test", owner="a test file", begin=begin)
         if keys is None:
             return None
-        check_version(keys, "formiga_test", "these tests need", "write formiga_test: 1")
+        check_version(keys, "formiga_test", "these tests need")
         site = self._site(keys)
         site = in_zone(keys, site) if site is not None else None
         task = self._task(keys, site) if site is not None else None

@@ -103,7 +103,7 @@ def test_what_is_not_sure_is_not_claimed(text: str, line: int, said: str) -> Non
         ("up and away", "E005", "this is the text 'up and away'", ""),
         ("TakeOff: {agent: d}", "E006", "'TakeOff' is not a step", "it is an action, write: do: d.TakeOff"),
         ("wait: 5 s\n    retry: {attempts 3}", "E004", "; a colon is missing after 'attempts'", "write: attempts: 3"),
-        ("wait: 5 s\n    retry: attempts 3", "E008", "", "write {attempts: attempts 3}"),
+        ("wait: 5 s\n    retry: attempts 3", "E008", "; a colon is missing after 'attempts'", "write: attempts: 3"),
         ("do: d.GoTo\n    with:\n      to camp", "E008", "; a colon is missing after 'to'", "write: to: camp"),
     ],
 )
