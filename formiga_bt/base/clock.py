@@ -20,8 +20,8 @@ SLEW_OVER: Final = 60 * SECOND
 """A small difference is made up over about so long."""
 MOST_AHEAD: Final = 300 * SECOND
 """In mode real an engine whose time would begin further ahead of the wall clock does not start."""
-OFF: Final = 60 * SECOND
-"""In mode real a larger difference between engine time and the wall clock is an alarm."""
+OFF: Final = 2 * SECOND
+"""In mode real a larger difference between engine time and the wall clock, or of that and the true time, is an alarm."""
 LATEST: Final = 4_102_444_800 * SECOND
 """The year 2100: a later instant in a file is damage, not time."""
 

@@ -60,7 +60,7 @@ from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
 from formiga_bt.services.paper import PaperServices
 from formiga_bt.services.standing import lockdown_fact, wall_us
-from formiga_bt.services.standing_alarms import StandingAlarms, clock_check
+from formiga_bt.services.standing_alarms import StandingAlarms, clock_check, machine_clock_check
 from formiga_bt.services.view import EngineView
 from formiga_bt.show.facts import Alive, EngineHealth, EngineLoad, StandingFact
 from formiga_bt.show.history.folded import FoldedSource
@@ -278,6 +278,7 @@ class EngineHost:
             self._tell_house,
             [
                 clock_check(self.driver.clock),
+                machine_clock_check(self.driver.clock),
                 self._set_aside,
                 self.proofs.troubles,
                 *(wire.troubles for wire in once),

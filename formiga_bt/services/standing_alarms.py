@@ -13,7 +13,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.base.clock import OFF, EngineClock, Micros, wall_clock_us
+from formiga_bt.base.clock import OFF, SECOND, EngineClock, Micros, wall_clock_us
+from formiga_bt.base.clock_sync import ClockSync, clock_sync
 from formiga_bt.engine.kernel.inputs import Trouble
 from formiga_bt.show.offset import offset_words
 
@@ -81,6 +82,29 @@ class StandingAlarms:
                 self.look()
             except Exception:  # a bug in one look must not end all later ones
                 log.exception("the engine's house could not be looked through")
+
+
+def machine_clock_check(clock: EngineClock, ask: Callable[[], ClockSync | None] = clock_sync) -> Check:
+    """Return the check whether the wall clock, which engine time follows, is itself right, as far as the kernel knows.
+
+    A clock that nothing ever set right is no trouble that begins while the engine runs: `formiga doctor` tells it.
+    """
+    was_right = False
+
+    def look() -> Iterable[Trouble]:
+        nonlocal was_right
+        told = ask() if clock.follows_wall else None
+        if told is None:
+            return ()
+        right = told.synchronised and told.most_off_s * SECOND <= OFF
+        was_right = was_right or right
+        if right or not (told.synchronised or was_right):
+            return ()
+        why = f"may be off by {told.most_off_s:.1f} s" if told.synchronised else "is set right by nothing any more"
+        text = f"this machine's clock {why}; look at what sets it (NTP): timedatectl, or chronyc tracking"
+        return (Trouble("clock_off", "machine", text),)
+
+    return look
 
 
 def clock_check(clock: EngineClock) -> Check:
