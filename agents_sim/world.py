@@ -210,7 +210,7 @@ class SimFleet:
         agent.link = FaultyLink(wire)
         agent.body.link = wire
         card = build_card(agent.spec, agent.body, f"{agent.spec.id}-boot-{agent.boots}")
-        side = agent.side = AgentSide(card, agent.front, agent.link, now=self._scheduler.now)
+        side = agent.side = AgentSide(card, agent.front, agent.link, now=self._scheduler.now, beat_us=SECOND)
         agent.body.attach(side)
         wire.serve(side)
         agent.body.resume()
