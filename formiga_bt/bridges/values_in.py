@@ -11,9 +11,7 @@ from formiga_bt.bridges.elements import XmlElement
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import Assigned, NoScript, ScriptNames, from_script, number, to_script
 from formiga_bt.bridges.values_out import plain
-from formiga_bt.lang.expr.helpers import STANDARD
-from formiga_bt.lang.expr.tokens import WORDS
-from formiga_bt.lang.own_names import BUILT_IN
+from formiga_bt.lang.own_names import why_taken
 from formiga_bt.lang.text.document import parse
 
 _POINTER: Final = re.compile(r"\{\s*@?([^{}:,\s]+)\s*\}")
@@ -28,7 +26,7 @@ def clean(name: str) -> str:
     """Return a name as our language takes it: an identifier that hides nothing built in."""
     text = _ODD.sub("_", name).strip("_") or "value"
     text = f"n{text}" if text[0].isdigit() else text
-    return f"{text}_value" if text in BUILT_IN or text in WORDS or text in STANDARD.names() else text
+    return f"{text}_value" if why_taken(text) else text
 
 
 def snake(name: str) -> str:

@@ -15,7 +15,7 @@ from formiga_bt.editor.phrase import word_at
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import PositionView, look
 from formiga_bt.lang.expr.helpers import STANDARD
-from formiga_bt.lang.own_names import BUILT_IN
+from formiga_bt.lang.own_names import BUILT_IN, why_taken
 from formiga_bt.lang.text.reading import IDENTIFIER
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
@@ -143,8 +143,8 @@ def rename(document: Document, line: int, col: int, new: str) -> list[LineColumn
     found = renamable(document, line, col)
     if not IDENTIFIER.match(new):
         raise CannotRename(f"'{new}' cannot be a name: a letter, then letters, digits and _")
-    if new in BUILT_IN or new in STANDARD.names():
-        raise CannotRename(f"'{new}' is {'built in' if new in BUILT_IN else 'a helper of the language'}")
+    if taken := why_taken(new):
+        raise CannotRename(taken)
     index = document.index()
     assert index is not None, "renamable read it"
     if new != found.name and any(one.origin for one in index.all_of((found.space, new))):

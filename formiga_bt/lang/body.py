@@ -15,14 +15,12 @@ from msgspec.structs import replace
 from formiga_bt.base.diagnostics import Diagnostic, Fix, Mark, UnknownName
 from formiga_bt.base.units import format_number
 from formiga_bt.lang.checks.outside import warn_outside
-from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.scope import MaybeUnset
-from formiga_bt.lang.expr.tokens import is_readable
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value, compile_words
 from formiga_bt.lang.flow import Around, Flow, NamedValue
 from formiga_bt.lang.model import Expr, Step
-from formiga_bt.lang.own_names import BUILT_IN
+from formiga_bt.lang.own_names import why_taken
 from formiga_bt.lang.records import carried, error_of
 from formiga_bt.lang.request.binding import never
 from formiga_bt.lang.text.document import Node, Scalar
@@ -86,7 +84,7 @@ class Body:
     def define(self, name: str, named: NamedValue, optional: bool = False) -> None:
         """Add a param, var or role."""
         self.names[name] = named
-        if name in BUILT_IN or name in STANDARD.names() or not is_readable(name):
+        if why_taken(name):
             self.used.add(name)  # refused already
         if optional:
             self.optional |= {name}

@@ -11,18 +11,20 @@ BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "r
 """Names that no author may define."""
 
 
+def why_taken(name: str) -> str:
+    """Return why no author may give a name, in words; empty if it is free."""
+    if name in BUILT_IN:
+        return f"'{name}' is a built-in name"
+    if name in STANDARD.reserved():
+        return f"'{name}' is a helper; a name of your own would hide it"
+    if not is_readable(name):
+        return f"no expression can read '{name}': it is a word of expressions"
+    return ""
+
+
 def is_free(at: Scalar, problems: Problems) -> bool:
     """Report E018 for a name that is built in, a helper's or a word of expressions; return whether it may be defined."""
-    if at.text in BUILT_IN:
-        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
-        return False
-    if at.text in STANDARD.reserved():
-        problems.add(
-            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
-        )
-        return False
-    if not is_readable(at.text):
-        what = f"no expression can read '{at.text}': it is a word of expressions"
-        problems.add("E018", at.mark, what, f"call it {at.text}_")
-        return False
-    return True
+    why = why_taken(at.text)
+    if why:
+        problems.add("E018", at.mark, why, "choose another name" if is_readable(at.text) else f"call it {at.text}_")
+    return not why

@@ -13,11 +13,9 @@ from formiga_bt.base.asking import CONFIRM
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Region
 from formiga_bt.base.units import format_number, format_quantity
-from formiga_bt.lang.expr.helpers import STANDARD
-from formiga_bt.lang.expr.tokens import is_readable
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, FieldSpec, Site
 from formiga_bt.lang.naming import actions_of, takes_off
-from formiga_bt.lang.own_names import BUILT_IN
+from formiga_bt.lang.own_names import why_taken
 from formiga_bt.lang.text.formatting import format_text
 from formiga_bt.lang.types import Type
 
@@ -79,7 +77,7 @@ class _Writer:
         self.site = site
         self.specs = [spec for spec in actions_of((kind.name,), catalogue) if not spec.cuts]
         word = kind.name
-        self.role = word if word not in (*BUILT_IN, *STANDARD.reserved()) and is_readable(word) else "who"
+        self.role = "who" if why_taken(word) else word
         self.home = _home_of(kind)
 
     def text(self, name: str, file: str) -> str:

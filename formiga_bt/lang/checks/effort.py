@@ -136,6 +136,10 @@ class _Walk:
         match step:
             case Do():
                 return self.do(step, names, who, at)
+            case WithAgents():
+                for role in step.roles.values():
+                    self.told.check_hand_over(role)
+                return self.steps(step.steps, names, who, at)
             case Ask():
                 self.told.check_escalation(step)
                 return Sum(self.answer_s)
@@ -159,7 +163,7 @@ class _Walk:
             case Release():
                 at.pop(who.get(step.who.name, step.who.name), None)
                 return Sum()
-            case Sequence() | Guard() | WithAgents() | WithResource():
+            case Sequence() | Guard() | WithResource():
                 return self.steps(children(step), names, who, at)
             case Check() | Set() | Notify() | Fail() | WaitUntil() | WaitFor() | BreakIf() | Request():
                 return Sum()

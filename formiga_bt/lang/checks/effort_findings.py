@@ -70,6 +70,18 @@ class OncePerMark:
                 hovering.report(step, role, most, self._problems)
                 return
 
+    def check_hand_over(self, role: Role) -> None:
+        """Report W064 for a role that would be handed over only after its charge has breached the reserve."""
+        late = role.hand_over_at
+        if late is None or not late.is_const or late.mark in self._told:
+            return
+        reserve = self._spending.least_reserve(role)
+        if late.const > reserve:
+            return
+        self._told.add(late.mark)
+        what = f"hand_over_at {late.const:g} % is within the reserve of {reserve:g} %: its breach ends the task before"
+        self._problems.add("W064", late.mark, what, f"hand over above {reserve:g} %, with what the way home takes")
+
     def check_escalation(self, step: Ask) -> None:
         """Report W064 for who is asked next before the first could answer, or never."""
         after, bound = step.escalate_after, step.timeout

@@ -10,6 +10,7 @@ from formiga_bt.base.geo import Position, Region
 from formiga_bt.lang.checks.fleet import types_that_fit
 from formiga_bt.lang.model import (
     Catalogue,
+    Role,
     Site,
     Task,
 )
@@ -100,6 +101,11 @@ class RoleSpending:
             seconds = _area_m2(region) / (power.sweep_spacing_m * power.speed_m_s)
             found[role, name] = (seconds, seconds * power.cruise_pct_s)
         return found
+
+    def least_reserve(self, role: Role) -> float:
+        """Return the least charge that must be left of the machines that fit a role, percent; 0 if none fits."""
+        types = types_that_fit(role, self._catalogue.types)
+        return min((self.reserve(one.name) for one in types if not one.human), default=0.0)
 
     def reserve(self, type_name: str) -> float:
         """Return the charge that must be left, percent."""
