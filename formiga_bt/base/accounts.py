@@ -32,6 +32,10 @@ MOST_BYTES: Final = 4_000_000
 """A larger file is none of ours."""
 MOST_TOKENS: Final = 20
 """Of one account, those that have expired left out."""
+REQUESTS: Final = 600
+"""Requests a minute that an account may send, if nobody says otherwise."""
+OPEN_TASKS: Final = 100
+"""Tasks of an account that may be under way at once, if nobody says otherwise."""
 _TOKEN: Final = re.compile(r"fbt_([0-9a-f]{8})_([A-Za-z0-9_-]{43})")
 
 
@@ -44,6 +48,10 @@ class Account(Struct, frozen=True, forbid_unknown_fields=True):
     tasks: tuple[str, ...] = ()
     """Tasks that it may request; empty = every task."""
     disabled: bool = False
+    requests: int = REQUESTS
+    """So many a minute, at most; stops and what people tell of themselves are not counted."""
+    open_tasks: int = OPEN_TASKS
+    """So many tasks that it requested may be under way at once."""
 
 
 class Token(Struct, frozen=True, forbid_unknown_fields=True):

@@ -19,6 +19,7 @@ from formiga_bt.base.roles import Deed, roles_that_may
 from formiga_bt.lang.model import Site
 from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.speaking import ALL, SPEAKER, Principal, require
+from formiga_bt.services.pace import LATER, Pace
 from formiga_bt.services.paper import PaperServices
 from formiga_bt.services.refused import Refused
 from formiga_bt.transport.base import AgentTransport, Listening
@@ -39,12 +40,14 @@ class Caller:
         paper: the services.
         accounts: who there is.
         audit: is told of what changes something, and of refusals.
+        pace: counts what accounts send, here and at the doors.
     """
 
-    def __init__(self, paper: PaperServices, accounts: AccountBook, audit: Audit) -> None:
+    def __init__(self, paper: PaperServices, accounts: AccountBook, audit: Audit, pace: Pace) -> None:
         self._paper = paper
         self._accounts = accounts
         self._audit = audit
+        self._pace = pace
         self.services: Collection[str] = tuple(paper.table)
         self.urgent: Collection[str] = ("task_manager/abort_task",)
 
@@ -67,6 +70,10 @@ class Caller:
             before = SPEAKER.set(speaks)
             try:
                 require(deed)
+                if not (speaks.is_local or call.service in self.urgent or self._pace.takes(who, speaks.requests)):
+                    raise Refused(
+                        "too_many_requests", f"{who} sent more than {speaks.requests} requests within a minute", LATER
+                    )
                 return self._paper.carry_out(call.service, call.payload)
             finally:
                 SPEAKER.reset(before)
@@ -99,4 +106,4 @@ class Caller:
                 f"there is no account '{name[:64]}' here: to {deed.value} takes one with the role {needed}",
                 f"an administrator adds it: formiga access add NAME --role {roles_that_may(deed)[0]}",
             )
-        return Principal(name, account.roles, account.agent, account.tasks)
+        return Principal.of(name, account)

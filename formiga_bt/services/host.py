@@ -58,6 +58,7 @@ from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
+from formiga_bt.services.pace import Pace
 from formiga_bt.services.paper import PaperServices
 from formiga_bt.services.standing import lockdown_fact, wall_us
 from formiga_bt.services.standing_alarms import StandingAlarms, clock_check, machine_clock_check
@@ -267,8 +268,9 @@ class EngineHost:
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
         self._accounts, self._audit = AccountBook(self._folder.path), Audit(self._folder.path)
+        self._pace = Pace()
         self._opened.append(self._audit.close)
-        self.calls = Caller(PaperServices(self.orders, self.view, self.site), self._accounts, self._audit)
+        self.calls = Caller(PaperServices(self.orders, self.view, self.site), self._accounts, self._audit, self._pace)
         self.calls.serve(self.site, self._wires)
         self.view.start()
         self._opened.append(self.view.stop)
@@ -324,8 +326,8 @@ class EngineHost:
                 crowd: Crowd[Connection] = Crowd(places)
                 self._doors["local" if one is local else "http"] = crowd
                 door = api.guarded(
-                    app, token=token, needs_token=self.needs_token, accounts=self._accounts, audit=self._audit, crowd=crowd,
-                    is_local=one is local, alive=self.alive,
+                    app, token=token, needs_token=self.needs_token, accounts=self._accounts, audit=self._audit, pace=self._pace,
+                    crowd=crowd, is_local=one is local, alive=self.alive,
                 )  # fmt: skip
                 clocked = Clocked(door, lambda: self.driver.clock.ahead_us)
                 self._servers.append(server.HttpServer(clocked, one, crowd))

@@ -8,6 +8,7 @@ problem document of it.
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, get_args
 
@@ -32,6 +33,7 @@ from formiga_bt.services.by_hand import HandDesk
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.once import Once, digest_of
 from formiga_bt.services.order_taker import OrderTaker, ask
+from formiga_bt.services.pace import Turns
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.replies import shown
 from formiga_bt.services.rules import RuleDesk
@@ -108,6 +110,7 @@ class ServiceOrders:
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self._places: dict[tuple[str, str], StepPlaces] = {}
         self._once = Once[str]()
+        self._turns = Turns()
         with view.reading() as state:
             for one in state.tasks.values():
                 if one.request.key:
@@ -132,20 +135,33 @@ class ServiceOrders:
         bundle: str = "",
         waits: Waits = UNSAID,
         files: tuple[ValueFile, ...] = (),
+        most_open: int | None = None,
     ) -> str:
         """Request a task; return its id. The same `key` (`once.key_of`) again returns the same id, and starts nothing.
 
         `bundle`: of the version that is meant; empty: the newest. `waits`: how long it may be PENDING. `files`: in which
-        further parameters stand.
+        further parameters stand. `most_open`: so many tasks that `by` requested may be under way; None: any number.
 
         Raises:
-            Refused: unknown task, its file is not served, bad parameters, busy, draining, or the key came with another
-                request.
+            Refused: unknown task, too many are under way, its file is not served, bad parameters, busy, draining, or the key
+                came with another request.
         """
         digest = digest_of(name, params, priority, by, bundle, waits, files) if key else ""
-        return self._once.do(
-            key, digest, lambda: self._submit(name, params, priority, by, bundle, waits, files, key, digest)
-        )
+
+        def act() -> str:
+            with self._turns.of(by) if most_open is not None else nullcontext():
+                if most_open is not None:
+                    self._check_open(by, most_open)
+                return self._submit(name, params, priority, by, bundle, waits, files, key, digest)
+
+        return self._once.do(key, digest, act)
+
+    def _check_open(self, by: str, most: int) -> None:
+        with self._view.reading() as state:
+            count = sum(task.request.by == by and task.section != "done" for task in state.tasks.values())
+        if count >= most:
+            text = f"{count} tasks of {by} are under way, and it may have {most}"
+            raise Refused("too_many_open", text, "wait for the end of one, or abort one")
 
     def _submit(
         self,

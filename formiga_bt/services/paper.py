@@ -164,10 +164,10 @@ class PaperServices:
         return msgspec.json.encode(self._once.do(key, digest, lambda: service.act(request)))
 
     def _add(self, asked: AddTask) -> TaskAnswer:
-        require_task(asked.keyword)
+        who = require_task(asked.keyword)
         priority = PRIORITY[asked.priority] if asked.priority is not None else None
-        key = key_of(SPEAKER.get().name, asked.key)
-        task_id = self._orders.submit(asked.keyword, asked.arguments, priority, speaker(asked.by), key)
+        key, by = key_of(who.name, asked.key), speaker(asked.by)
+        task_id = self._orders.submit(asked.keyword, asked.arguments, priority, by, key, most_open=who.most_open)
         return TaskAnswer(task_id, "PENDING")
 
     def _abort(self, asked: AbortTask) -> TaskAnswer:

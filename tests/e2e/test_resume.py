@@ -133,7 +133,7 @@ def test_after_a_long_outage_a_person_says_that_it_goes_on(shell: Shell, tmp_pat
         wait(lambda: "HELD" in shell.run("tasks"), what="it is held")
         said = shell.run("why", "Hello-1")
         assert "HELD: it was interrupted by an outage; a person must say that it may go on" in said
-        assert "formiga continue Hello-1" in said
+        wait(lambda: "formiga continue Hello-1" in shell.run("why", "Hello-1"), what="its machine is heard of")
         shell.run("continue", "Hello-1")
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
         shell.run("down", "--yes")

@@ -29,7 +29,7 @@ def test_the_commands_of_the_page_do_as_it_says(tmp_path: Path, monkeypatch: pyt
     first = COMMAND.findall(text)
     assert len(first) == 8
     rows = re.findall(r"^\| `formiga (access [^`]*)`", text, re.MULTILINE)
-    assert len(rows) == 10
+    assert len(rows) == 11
     for command in [*first, *(row for row in rows if "revoke 3f" not in row)]:
         assert run(shlex.split(command)) == 0, command
     folder = tmp_path / ".formiga" / "meadow"

@@ -43,6 +43,7 @@ class AccessCommand(StrEnum):
     ROLE = "role"
     IS = "is"
     TASKS = "tasks"
+    LIMITS = "limits"
     DISABLE = "disable"
     ENABLE = "enable"
     TOKEN = "token"
@@ -59,7 +60,7 @@ class AccessCommand(StrEnum):
 _OF_SECRETS = (AccessCommand.SECRET, AccessCommand.LIST)
 _OF_WORDS = (
     AccessCommand.ROLE, AccessCommand.IS, AccessCommand.TASKS, AccessCommand.AGENT, AccessCommand.PROGRAM,
-    AccessCommand.REVOKE,
+    AccessCommand.REVOKE, AccessCommand.LIMITS,
 )  # fmt: skip
 _OF_KEYS = (AccessCommand.CA, AccessCommand.AGENT, AccessCommand.PROGRAM, AccessCommand.KEYS)
 _OF_ALL = (AccessCommand.ACCOUNTS, AccessCommand.AUDIT, AccessCommand.WHO)
@@ -78,7 +79,8 @@ def command(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Of role: its roles. Of is: its agent. Of tasks: its tasks. Of agent, revoke agent: agents."
+            help="Of role: its roles. Of is: its agent. Of tasks: its tasks. Of limits: REQUESTS [TASKS]. "
+            "Of agent, revoke agent: agents."
         ),
     ] = None,
     role: Annotated[list[str] | None, typer.Option(help="Of add: a role; may be repeated.", metavar="ROLE")] = None,
@@ -104,7 +106,7 @@ def command(
 ) -> None:
     """Say who may do what at a site; it counts at once, also while its engine runs.
 
-    Accounts: add NAME --role ROLE makes one, role, is and tasks change it, disable and enable shut it out and let it in,
+    Accounts: add NAME --role ROLE makes one, role, is, tasks and limits change it, disable shuts it out, enable lets it in,
     token NAME makes a token, which is shown once, revoke ID takes it back, accounts lists all, audit shows who asked for what,
     who tells whom the engine takes you for. Example: formiga access add ann --role operator
 
@@ -188,6 +190,8 @@ def _carry_out(what: AccessCommand, folder: Path, said: accounts.Said, *, as_jso
             accounts.agent(folder, said)
         case AccessCommand.TASKS:
             accounts.tasks(folder, said)
+        case AccessCommand.LIMITS:
+            accounts.limits(folder, said)
         case AccessCommand.DISABLE | AccessCommand.ENABLE:
             accounts.disable(folder, said, disabled=what is AccessCommand.DISABLE)
         case AccessCommand.TOKEN:

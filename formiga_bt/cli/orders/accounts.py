@@ -15,6 +15,8 @@ from formiga_bt.base.accounts import (
     LOCAL,
     MOST_TOKENS,
     NAME,
+    OPEN_TASKS,
+    REQUESTS,
     Account,
     Register,
     new_token,
@@ -32,6 +34,7 @@ from formiga_bt.services.http.audit import read_audit
 DAY_S: Final = 86_400
 LONGEST_S: Final = 366 * DAY_S
 """The longest that a token lasts."""
+MOST_OF_ANY: Final = 1_000_000
 SHOWN: Final = 50
 """Lines of the audit that are shown."""
 
@@ -88,6 +91,26 @@ def tasks(folder: Path, said: Said) -> None:
         register = read_register(folder)
         _write(folder, register, said.name, replace(_account(register, said.name), tasks=said.words))
     typer.echo(f"{said.name} may request {', '.join(said.words) or 'every task'}, from now on, if its roles let it")
+
+
+def limits(folder: Path, said: Said) -> None:
+    """Say how many requests a minute, and how many tasks under way, an account may have; without numbers, as before."""
+    with changing(folder):
+        register = read_register(folder)
+        requests, open_tasks = _numbers(said.words)
+        made = replace(_account(register, said.name), requests=requests, open_tasks=open_tasks)
+        _write(folder, register, said.name, made)
+    typer.echo(f"{said.name} may send {requests} requests a minute and have {open_tasks} tasks under way, from now on")
+
+
+def _numbers(words: Sequence[str]) -> tuple[int, int]:
+    if len(words) > 2 or not all(one.isdecimal() and 0 < int(one) <= MOST_OF_ANY for one in words):
+        raise UnusableFile(
+            f"say: formiga access limits NAME REQUESTS [TASKS], whole numbers from 1 to {MOST_OF_ANY:,}",
+            help="for example: formiga access limits shop 60 5",
+        )
+    given = [int(one) for one in words]
+    return (given[0] if given else REQUESTS), (given[1] if len(given) > 1 else OPEN_TASKS)
 
 
 def disable(folder: Path, said: Said, *, disabled: bool = True) -> None:

@@ -53,6 +53,7 @@ from formiga_bt.services.members import Members
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.once import key_of
 from formiga_bt.services.orders import ServiceOrders, Waits
+from formiga_bt.services.pace import Pace
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import EngineView
 from formiga_bt.show import facts as f
@@ -100,6 +101,7 @@ STATUS: Final = {
     "not_confirmed": 422,
     "who": 422,
     "busy": 429,
+    "too_many_open": 429,
     "closed": 503,
     "stopped": 503,
     "no_reply": 503,
@@ -218,14 +220,15 @@ def guarded(
     needs_token: bool,
     accounts: AccountBook | None = None,
     audit: Audit | None = None,
+    pace: Pace | None = None,
     crowd: Crowd[Any] | None = None,
     is_local: bool = False,
     alive: Callable[[], f.Alive] | None = None,
 ) -> Callable[..., Any]:
     """Return the ASGI app of one door; see `Door`."""
     return Door(
-        app, token=token, needs_token=needs_token, accounts=accounts, audit=audit, refusal=problem, crowd=crowd,
-        is_local=is_local, alive=None if alive is None else lambda: _alive_answer(alive()),
+        app, token=token, needs_token=needs_token, accounts=accounts, audit=audit, pace=pace, refusal=problem,
+        crowd=crowd, is_local=is_local, alive=None if alive is None else lambda: _alive_answer(alive()),
     )  # fmt: skip
 
 
@@ -270,12 +273,13 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
         idempotency_key: Annotated[str, Header(max_length=200)] = "",
     ) -> f.TaskRequested:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
-        require_task(body.task)
-        name = speaker(body.by)
+        who, name = require_task(body.task), speaker(body.by)
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
         files = tuple(ValueFile(one.file, one.text, one.param) for one in body.params_from)
-        key = key_of(SPEAKER.get().name, idempotency_key)
-        task_id = orders.submit(body.task, body.params, body.priority, name, key, body.bundle, waits, files)
+        key = key_of(who.name, idempotency_key)
+        task_id = orders.submit(
+            body.task, body.params, body.priority, name, key, body.bundle, waits, files, who.most_open
+        )
         return f.TaskRequested(task_id)
 
     @routes.get("/v1/tasks", "tasks")

@@ -25,6 +25,7 @@ from formiga_bt.services.http.audit import Audit
 from formiga_bt.services.http.crowd import Crowd
 from formiga_bt.services.http.speaking import ALL, SPEAKER, Principal
 from formiga_bt.services.http.urgent import is_urgent
+from formiga_bt.services.pace import LATER, Pace
 from formiga_bt.transport.attachments import MOST_BYTES
 
 log = logging.getLogger("formiga.door")
@@ -69,6 +70,7 @@ class Door:
         refusal: how a refusal is written.
         accounts: whose tokens are taken besides.
         audit: is told who asked for what.
+        pace: counts what accounts send; one for all doors of an engine.
         crowd: the places at this door.
         is_local: it is the Unix socket.
         alive: answers `ALIVE`, which everybody may ask without a token: whoever restarts an engine that hangs has none.
@@ -83,6 +85,7 @@ class Door:
         refusal: Answer,
         accounts: AccountBook | None = None,
         audit: Audit | None = None,
+        pace: Pace | None = None,
         crowd: Crowd[Any] | None = None,
         is_local: bool = False,
         alive: Callable[[], App] | None = None,
@@ -93,6 +96,7 @@ class Door:
         self._refusal = refusal
         self._accounts = accounts
         self._audit = audit
+        self._pace = pace or Pace()
         self._crowd = crowd
         self._is_local = is_local
         self._alive = alive
@@ -113,6 +117,10 @@ class Door:
         send = self._noted(scope, who, send)
         if not isinstance(found, Principal):
             await found(scope, receive, send)
+            return
+        if not (urgent or found.is_local or self._pace.takes(found.name, found.requests)):
+            text = f"{found.name} sent more than {found.requests} requests within a minute"
+            await self._refusal(429, "too_many_requests", text, LATER)(scope, receive, send)
             return
         before = SPEAKER.set(found)
         try:
@@ -185,7 +193,7 @@ class Door:
         except SiteError as error:
             log.warning("%s", error)
             return None
-        return Principal(found[0], found[1].roles, found[1].agent, found[1].tasks) if found is not None else None
+        return Principal.of(*found) if found is not None else None
 
     def _check(self, scope: Scope, headers: dict[str, str], *, urgent: bool) -> App | Principal:
         """Return who calls, or the refusal."""

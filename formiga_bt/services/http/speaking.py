@@ -10,7 +10,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.base.accounts import LOCAL
+from formiga_bt.base.accounts import LOCAL, OPEN_TASKS, REQUESTS, Account
 from formiga_bt.base.roles import MAY, Deed, Role, roles_that_may
 from formiga_bt.services.refused import Refused
 
@@ -22,11 +22,24 @@ class Principal(Struct, frozen=True):
     roles: tuple[Role, ...]
     agent: str = ""
     tasks: tuple[str, ...] = ()
+    requests: int = REQUESTS
+    """A minute, at most; of an account."""
+    open_tasks: int = OPEN_TASKS
+
+    @classmethod
+    def of(cls, name: str, account: Account) -> "Principal":
+        """Return who speaks with a token of an account."""
+        return cls(name, account.roles, account.agent, account.tasks, account.requests, account.open_tasks)
 
     @property
     def is_local(self) -> bool:
         """Return whether it is nobody's account."""
         return self.name == LOCAL
+
+    @property
+    def most_open(self) -> int | None:
+        """Return how many of its tasks may be under way at once; None: any number."""
+        return None if self.is_local else self.open_tasks
 
     def may(self, deed: Deed) -> bool:
         """Return whether one of the roles may do it."""
@@ -77,8 +90,8 @@ def spoken_as(agent: str) -> str:
     return who.agent
 
 
-def require_task(task: str) -> None:
-    """Let a request for a task pass, if the account may request it.
+def require_task(task: str) -> Principal:
+    """Return who requests a task, if the account may request it.
 
     Raises:
         Refused: `no_role`, `not_listed`.
@@ -87,6 +100,7 @@ def require_task(task: str) -> None:
     if who.tasks and task not in who.tasks:
         listed = ", ".join(who.tasks)
         raise Refused("not_listed", f"{who.name} may request {listed}, and not {task}", "")
+    return who
 
 
 def require_abort(requested_by: Callable[[], str]) -> None:

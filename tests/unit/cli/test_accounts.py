@@ -39,6 +39,7 @@ def test_an_account_gets_roles_and_a_token_which_is_shown_once(folder: Path, cap
     assert text not in (folder / ACCOUNTS).read_text()
 
     assert said("role", "ann", "viewer") == said("tasks", "ann", "Hello") == said("is", "ann") == 0
+    assert said("limits", "ann", "60", "5") == 0
     assert said("disable", "ann") == 0
     assert find_account(read_register(folder), text, time.time()) is None
     assert said("enable", "ann") == 0
@@ -46,6 +47,7 @@ def test_an_account_gets_roles_and_a_token_which_is_shown_once(folder: Path, cap
     assert said("accounts", "--json") == 0
     (row,) = json.loads(capsys.readouterr().out)
     assert (row["roles"], row["tasks"], row["agent"], row["disabled"]) == (["viewer"], ["Hello"], "", False)
+    assert (row["requests"], row["open_tasks"]) == (60, 5)
     assert said("revoke", row["tokens"][0]["id"]) == 0
     assert find_account(read_register(folder), text, time.time()) is None
 
@@ -62,6 +64,9 @@ def test_an_account_gets_roles_and_a_token_which_is_shown_once(folder: Path, cap
         ["token", "eve"],
         ["token", "ann", "--expires", "forever"],
         ["token", "ann", "--expires", "10000d"],
+        ["limits", "known", "0"],
+        ["limits", "known", "60", "5", "7"],
+        ["limits", "known", "many"],
         ["revoke", "00000000"],
         ["add", "known", "--role", "viewer"],
     ],

@@ -7,6 +7,7 @@ import pytest
 from experiments.e2_llm.columns import COLUMNS
 from experiments.e2_llm.fly import Scene, world_of
 from experiments.e2_llm.paper_form.author import PaperFormAuthor
+from experiments.e2_llm.paper_form.child import Limits
 from experiments.e2_llm.paper_form.fly import fly_program
 from experiments.e2_llm.paper_form.inside.names import problems
 from experiments.e2_llm.paper_form.programs import example, function, reference
@@ -145,7 +146,7 @@ def test_an_unknown_name_is_no_success_and_nothing_flies(wording: Wording) -> No
     ],
 )  # fmt: skip
 def test_how_programs_fail(code: str, status: str, text: str) -> None:
-    flown = fly_program(code, WORLD)
+    flown = fly_program(code, WORLD, limits=Limits(wall_s=600.0))
 
     assert (f"{flown.status} {flown.code}", flown.reason) == (status, text)
 

@@ -12,6 +12,7 @@ from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.pages import messages, pages
+from formiga_bt.lang.text import document
 from tests.golden import Wording
 from tests.unit.lang.museum import (
     CATALOGUES,
@@ -62,6 +63,7 @@ def test_the_mistake_is_reported_in_these_words(name: str, catalogue: Catalogue,
 def test_every_place_that_reports_a_problem_is_reached(catalogue: Catalogue) -> None:
     there = places()
     visits = Visits(there)
+    document._parsed.cache_clear()  # what a test before has read would be read no more
     for name in FILES:
         with visits:
             read(name, catalogue)

@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,32 @@ def test_the_word_of_an_account_is_its_own(service: Service) -> None:
     assert service.refused("POST", f"/v1/tasks/{by_ann}/abort", {}, app)["code"] == "no_role"
     assert service.call("DELETE", f"/v1/tasks/{by_app}", None, app)[0] == 200
     assert service.call("POST", f"/v1/tasks/{by_ann}/abort", {}, ann)[0] == 200
+
+
+def test_an_account_sends_so_many_requests_a_minute_and_stops_get_through(service: Service) -> None:
+    slow, other = let_in(service, slow=Account((Role.OPERATOR,), requests=5), ann=Account((Role.OPERATOR,))).values()
+    answers = [service.call("GET", "/v1/tasks", None, slow)[0] for _ in range(8)]
+    assert answers == [200] * 5 + [429] * 3
+    assert service.refused("POST", "/v1/tasks", {"task": "Hello"}, slow)["code"] == "too_many_requests"
+    assert service.call("GET", "/v1/tasks", None, other)[0] == 200
+    assert service.call("GET", "/v1/tasks")[0] == 200
+    assert service.call("POST", "/v1/orders", {"order": "hold"}, slow)[0] == 200
+
+
+def test_an_account_has_so_many_tasks_under_way_however_fast_it_asks(service: Service) -> None:
+    (shop,) = let_in(service, shop=Account((Role.REQUESTER,), open_tasks=3)).values()
+    first = service.post("/v1/tasks", {"task": "Stay"}, **shop, **{"Idempotency-Key": "one"})["id"]
+    with ThreadPoolExecutor(8) as many:
+        asked = list(many.map(lambda _: service.call("POST", "/v1/tasks", {"task": "Stay"}, shop), range(8)))
+    assert sorted(status for status, _ in asked) == [201] * 2 + [429] * 6
+    assert {answer["code"] for status, answer in asked if status == 429} == {"too_many_open"}
+    again = {**shop, "Idempotency-Key": "one"}
+    assert service.call("POST", "/v1/tasks", {"task": "Stay"}, again)[1]["id"] == first
+    assert service.call("POST", "/v1/tasks", {"task": "Stay"})[0] == 201
+
+    assert service.call("DELETE", f"/v1/tasks/{first}", None, shop)[0] == 200
+    service.ends(first)
+    assert service.call("POST", "/v1/tasks", {"task": "Stay"}, shop)[0] == 201
 
 
 def test_who_is_asked_is_who_answers(service: Service) -> None:

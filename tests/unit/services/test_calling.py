@@ -202,3 +202,13 @@ def test_only_a_wire_that_binds_names_serves_beyond_a_simulation_on_the_loopback
     wires: list[AgentTransport] = [wire]
     app.caller.serve(site, wires)
     assert wire.served == served
+
+
+def test_an_account_is_held_to_its_limits_here_too(service: Service, app: App) -> None:
+    let_in(service, shop=Account((Role.REQUESTER,), requests=4, open_tasks=1))
+    task = app.call(ADD, "shop", keyword="Stay", key="one")["task_id"]
+    assert app.call(ADD, "shop", keyword="Stay", key="one")["task_id"] == task
+    assert app.code(ADD, "shop", keyword="Stay") == "too_many_open"
+    assert len(app.call(LIST, "shop")["mex"]) == 2
+    assert app.code(LIST, "shop") == "too_many_requests"
+    assert app.call(ABORT, "shop", task_id=task)["task_id"] == task
