@@ -12,7 +12,9 @@ tell them from the old ones, which no list of Zenoh takes back.
 
 import json
 import re
+import threading
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
@@ -116,7 +118,7 @@ def read_running(keys: Path) -> Running | None:
 
 
 class Revoked:
-    """Whose keys count no more, read anew when the file has changed. Used from one thread.
+    """Whose keys count no more, read anew when the file has changed. Called in many threads.
 
     Raises:
         KeysError: the file cannot be used at the start; later what was known stays.
@@ -124,21 +126,19 @@ class Revoked:
 
     def __init__(self, keys: Path) -> None:
         self._keys = keys
+        self._lock = threading.Lock()
         self._seen = self._stamp()
-        self.names = self._read()
+        self._names = self._read()
 
-    def look(self) -> bool:
-        """Read the file if it has changed; return whether other names than before are revoked."""
-        seen = self._stamp()
-        if seen == self._seen:
-            return False
-        before = self.names
-        try:
-            self.names = self._read()
-            self._seen = seen
-        except KeysError:  # written halfway by hand, or gone: looked at again next time
-            return False
-        return before != self.names
+    def look(self) -> frozenset[str]:
+        """Return the names of those whose keys were revoked."""
+        with self._lock:
+            seen = self._stamp()
+            if seen != self._seen:
+                with suppress(KeysError):  # written halfway by hand, or gone: looked at again next time
+                    self._names = self._read()
+                    self._seen = seen
+            return self._names
 
     def _read(self) -> frozenset[str]:
         return frozenset(one.name for one in read_holders(self._keys).holders if one.revoked)

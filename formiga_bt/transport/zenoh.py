@@ -28,7 +28,7 @@ from formiga_bt.base.endpoints import reached_at
 from formiga_bt.base.errors import TransportError
 from formiga_bt.base.wires import GUARANTEES, WireSetup
 from formiga_bt.transport.attachments import KeepsFiles
-from formiga_bt.transport.calls import AnswersCalls
+from formiga_bt.transport.calls import AnswersCalls, CallError
 from formiga_bt.transport.codec import (
     FRAME_LIMIT,
     Asked,
@@ -63,7 +63,7 @@ from formiga_bt.transport.messages import (
     TransportEvent,
     UpdateRequest,
 )
-from formiga_bt.transport.zenoh_calls import CallDesk
+from formiga_bt.transport.zenoh_calls import CallDesk, encoded
 from formiga_bt.transport.zenoh_files import FileDesk
 from formiga_bt.transport.zenoh_keys import (
     ALIVE,
@@ -81,6 +81,7 @@ from formiga_bt.transport.zenoh_keys import (
     UPDATE,
     WireKey,
 )
+from formiga_bt.transport.zenoh_queries import refuse
 from formiga_bt.transport.zenoh_session import (
     DEFAULT_ENDPOINT,
     DEFAULT_TLS,
@@ -174,6 +175,8 @@ class ZenohTransport:
         self.binds_names = keys is not None
         """A router lets each holder of keys use its own name only."""
         self._revoked: Revoked | None = None
+        self._ignored: frozenset[str] = frozenset()
+        """Agents whose keys were revoked, as the last `poll` saw it."""
         self._until = 0
         """When the engine's own certificate expires, seconds since 1970."""
         self._linked_at = 0.0
@@ -235,7 +238,7 @@ class ZenohTransport:
                 session.liveliness().declare_subscriber(ALIVE.of_all, on_network_thread(self._on_token), history=True),
                 session.declare_queryable(SITE.of_all, on_network_thread(self._tell_site)),
                 session.declare_queryable(FILES.of_all, on_network_thread(self._files.take)),
-                *(session.declare_queryable(key, on_network_thread(self._calls.take)) for key in self._calls.keys),
+                *(session.declare_queryable(key, on_network_thread(self._take_call)) for key in self._calls.keys),
                 session.liveliness().declare_token(ENGINE_ALIVE.of_all),
             ]
         except zenoh.ZError as error:
@@ -257,18 +260,19 @@ class ZenohTransport:
     def poll(self) -> Sequence[TransportEvent]:
         """Return what has come in."""
         events: list[TransportEvent] = []
-        if self._revoked is not None and self._queue and self._revoked.look():
-            for agent in self._revoked.names:
+        if self._revoked is not None and self._queue:
+            before, self._ignored = self._ignored, self._revoked.look()
+            for agent in self._ignored - before:
                 if (peer := self._peers.get(agent)) is not None:
                     self._gone(agent, peer.type, events)
         for _ in range(len(self._queue)):
             item = self._queue.popleft()
             if isinstance(item, _Raw):
-                if self._revoked is not None and item.rest[1] in self._revoked.names:
+                if item.rest[1] in self._ignored:
                     self._heard_revoked[item.rest[1]] = time.monotonic()
                 else:
                     self._read(item, events)
-            elif isinstance(item, _Ask) and self._revoked is not None and item.agent in self._revoked.names:
+            elif isinstance(item, _Ask) and item.agent in self._ignored:
                 if item.what != "card":
                     events.append(SendFailed(item.agent, item.what, item.goal_id, "unknown", "its keys were revoked"))
             elif isinstance(item, _Ask):
@@ -356,6 +360,13 @@ class ZenohTransport:
             else:
                 query.reply_err(b"the engine is not ready: ask again")
 
+    def _take_call(self, query: Any) -> None:
+        _, principal, *_ = str(query.key_expr).split("/")
+        if self._revoked is not None and principal in self._revoked.look():
+            refuse(query, encoded(CallError("keys_revoked", f"the keys of {principal} were revoked")))
+        else:
+            self._calls.take(query)
+
     def _take(self, item: _Raw | _Ask) -> None:
         if not self._closed:
             self._queue.append(item)
@@ -370,7 +381,7 @@ class ZenohTransport:
         peer = self._peers.get(agent)
         ask = _Ask(agent, what, goal_id, peer is not None and peer.present, peer.deaths if peer else 0)
         text = "no such agent has been seen"
-        if self._revoked is not None and agent in self._revoked.names:
+        if agent in self._ignored:
             text = "its keys were revoked"
         elif peer is not None:
             try:

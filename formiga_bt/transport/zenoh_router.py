@@ -19,7 +19,7 @@ from typing import IO, Any, Final
 import msgspec
 
 from formiga_bt.base.authority import RUNNING, Running, read_holders
-from formiga_bt.base.certificates import ROUTER, read_keys
+from formiga_bt.base.certificates import ROUTER, Keys, read_keys
 from formiga_bt.base.durable import write_held
 from formiga_bt.base.visible import visible
 from formiga_bt.transport.zenoh_rules import Member, access_control
@@ -30,6 +30,9 @@ LOG: Final = "error,zenoh_link_tls=warn,zenoh::net::routing::interceptor=trace"
 AGAIN_S: Final = 60.0
 """The same refusal is said again after so long."""
 MOST_KNOWN: Final = 1_000
+MOST_SAID: Final = 20
+"""Refusals of one that are said in `AGAIN_S`."""
+LONGEST: Final = 300
 
 
 class Router:
@@ -61,11 +64,17 @@ class Router:
             TransportError: the port is taken, or the endpoint is bad.
             SiteError: the folder of keys cannot be written.
         """
+        self._open(*self._read())
+
+    def _read(self) -> tuple[Keys, tuple[Member, ...]]:
         now_s = time.time()
         own = read_keys(self._keys / "router", now_s, ROUTER)
         counting = read_holders(self._keys).counting(now_s)
-        self.members = tuple(Member(one.name, one.common_name, one.is_program) for one in counting)
-        rules = access_control(self._site, self.members, simulation=self._simulation)
+        return own, tuple(Member(one.name, one.common_name, one.is_program) for one in counting)
+
+    def _open(self, own: Keys, members: tuple[Member, ...]) -> None:
+        self.members = members
+        rules = access_control(self._site, members, simulation=self._simulation)
         self._session = open_session("router", "", listen=[self._listen], keys=own, rules=rules)
         self._heard = self._session.info.declare_link_events_listener(on_network_thread(self._on_link), history=True)
         running = Running(os.getpid(), self._listen, tuple(one.common_name for one in self.members))
@@ -84,10 +93,13 @@ class Router:
         """Take new rules, and a new certificate of its own.
 
         Raises:
-            KeysError, TransportError, SiteError: as `open`; the router is closed then.
+            KeysError: the keys cannot be used; the router goes on with those that it had.
+            TransportError: the port was taken meanwhile; the router is closed.
+            SiteError: the folder of keys cannot be written.
         """
+        found = self._read()
         self.close()
-        self.open()
+        self._open(*found)
 
     def _on_link(self, event: Any) -> None:
         link = event.link
@@ -114,12 +126,17 @@ class Refusals:
     ) -> None:
         self._names, self._tell, self._clock = names, tell, clock
         self._last: dict[bytes, bytes] = {}
-        self._said: dict[str, float] = {}
+        self._said: dict[str, set[str]] = {}
+        """Of whom what was said since the last minute began."""
+        self._until = 0.0
 
     def read(self, log: IO[bytes]) -> None:
         """Read until the log ends."""
         for line in log:
-            self.take(line)
+            try:
+                self.take(line)
+            except Exception as error:  # noqa: BLE001 - who stops reading lets the router's threads wait for room in the pipe
+                self._say("router", f"a line of Zenoh's log cannot be read: {error}")
 
     def take(self, line: bytes) -> None:
         """Take a line of the log."""
@@ -131,9 +148,9 @@ class Refusals:
                 self._refused(said)
         elif b"zenoh_link_tls" in line and b"WARN" in line:
             what = _PLAIN.sub(b"", line).split(b": ", 1)[-1].decode(errors="replace")
-            self._say(f"refused a connection: {_in_words(what)}")
+            self._say("", f"refused a connection: {_in_words(what)}")
         elif b"ERROR" in line:
-            self._say(_PLAIN.sub(b"", line).decode(errors="replace").strip()[:300])
+            self._say("router", _PLAIN.sub(b"", line).decode(errors="replace").strip())
 
     def _refused(self, line: bytes) -> None:
         found = _DENIED.search(_PLAIN.sub(b"", line).decode(errors="replace"))
@@ -142,16 +159,22 @@ class Refusals:
         number, what, flow, key = found.groups()
         who = self._names(number) or number
         if flow == "ingress":
-            self._say(f"refused {who}: {what.lower()} {key}")
+            self._say(who, f"refused {who}: {what.lower()} {key}")
 
-    def _say(self, text: str) -> None:
+    def _say(self, who: str, text: str) -> None:
+        """Say something once in `AGAIN_S`, and of each only so much: who makes up ever new keys fills no disk."""
         now = self._clock()
-        if now < self._said.get(text, 0.0):
+        if now >= self._until:
+            self._said, self._until = {}, now + AGAIN_S
+        said = self._said.setdefault(who, set()) if len(self._said) < MOST_KNOWN else self._said.get(who)
+        if said is None or text in said or len(said) > MOST_SAID:
             return
-        if len(self._said) > MOST_KNOWN:
-            self._said.clear()
-        self._said[text] = now + AGAIN_S
-        self._tell(visible(text))
+        said.add(text)
+        self._tell(
+            visible(
+                text[:LONGEST] if len(said) <= MOST_SAID else f"refused {who or 'connections'}: and more, this minute"
+            )
+        )
 
 
 _PLAIN: Final = re.compile(rb"\x1b\[[0-9;]*m")

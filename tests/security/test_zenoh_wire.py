@@ -6,6 +6,7 @@ and the like use Zenoh as it is: nothing of formiga's own keeps an attacker from
 
 import json
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -474,6 +475,36 @@ def test_a_program_calls_services_under_its_own_name_and_is_no_agent(
     vault.is_unharmed(victim)
     assert shop.caught == []
     vault.says(f"refused shop: query {SITE}/svc/ann/formiga/add_task")
+
+    revoke(vault.keys, "shop", time.time())
+    (refused,) = [one.err for one in shop.session.get("svc/shop/formiga/add_task", timeout=1.0)]
+    assert "keys_revoked" in refused.payload.to_string()
+
+
+def test_keys_that_cannot_be_read_leave_the_router_as_it_is(vault: Vault, victim: Honest) -> None:
+    holders = vault.keys / "holders.json"
+    good = holders.read_bytes()
+    assert vault.router is not None
+    try:
+        holders.write_text("{", encoding="utf-8")
+        vault.router.send_signal(signal.SIGHUP)
+        vault.says("not started anew, it goes on as before")
+    finally:
+        holders.write_bytes(good)
+    vault.is_unharmed(victim)
+
+
+def test_a_flood_of_what_is_refused_fills_no_log_and_leaves_the_others_alone(
+    vault: Vault, victim: Honest, mallory: Attacker
+) -> None:
+    before = vault.said.stat().st_size
+    for number in range(20_000):
+        mallory.session.put(f"drone/victim/event/made_up_{number}", b"x" * 100)
+        if number % 5_000 == 0:
+            vault.is_unharmed(victim)
+    vault.says("refused mallory: and more, this minute")
+    vault.is_unharmed(victim)
+    assert vault.said.stat().st_size - before < 10_000
 
 
 # -- an engine that is not the agent's own -----------------------------------------------------------------------------

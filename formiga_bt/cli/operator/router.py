@@ -12,6 +12,7 @@ from typing import IO, TYPE_CHECKING, Annotated, Final
 import typer
 
 from formiga_bt.base.authority import read_running
+from formiga_bt.base.certificates import KeysError
 from formiga_bt.base.errors import FormigaError, TreeError, UnusableFile
 from formiga_bt.base.visible import visible
 from formiga_bt.cli.inputs import read_world, rendered
@@ -90,8 +91,11 @@ def _run(site: "Site", folder: Path, listen: str) -> None:
                 done += 1
                 if got != signal.SIGHUP:
                     return
-                router.restart()
-                say(f"started anew: {_those(router.members)}")
+                try:
+                    router.restart()
+                    say(f"started anew: {_those(router.members)}")
+                except KeysError as error:
+                    say(f"not started anew, it goes on as before: {error}")
     finally:
         router.close()
         say("the router has ended")

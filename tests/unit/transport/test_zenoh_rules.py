@@ -1,6 +1,7 @@
 """The rules of a router allow what the table of keys says, and nothing else; docs/wire.md has the same table."""
 
 import re
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -151,3 +152,34 @@ def test_refused_connections_say_why() -> None:
         "its certificate has expired", "it showed no certificate",
     ]  # fmt: skip
     assert told[2].isprintable()
+
+
+def test_who_makes_up_ever_new_keys_fills_no_disk() -> None:
+    told: list[str] = []
+    now = [0.0]
+    refusals = Refusals(lambda number: number[:4], told.append, lambda: now[0])
+    for minute in (0.0, 61.0):
+        now[0] = minute
+        for who in ("22586ae3860fe280", "33586ae3860fe280"):
+            for number in range(500):
+                denied = f"{who} on Interface(lo)+X is unauthorized to Put (ingress) on s/d/a2/{number}{'x' * 5_000}"
+                refusals.take(LOG.format(what=denied).encode())
+                refusals.take(CUT.encode())
+    assert len(told) == 2 * 2 * 21
+    assert max(map(len, told)) <= 300
+    assert [one for one in told if "and more" in one] == [
+        "refused 2258: and more, this minute",
+        "refused 3358: and more, this minute",
+    ] * 2
+
+
+def test_a_line_that_breaks_the_reader_does_not_end_it() -> None:
+    told: list[str] = []
+
+    def names(number: str) -> str:
+        raise KeyError(number)
+
+    refusals = Refusals(names, told.append)
+    denied = LOG.format(what="22586ae3860fe280 is unauthorized to Put (ingress) on s/d/a2/status")
+    refusals.read(BytesIO("".join([denied, CUT, WARN.format(what="peer sent no certificates.")]).encode()))
+    assert told[-1] == "refused a connection: it showed no certificate"
