@@ -57,9 +57,11 @@ def open_to_others(endpoint: str, mode: str, *, insecure: bool = False, keys: bo
         keys: the site has keys.
     """
     if keys:
-        if is_tls(endpoint) and "#" not in endpoint and "?" not in endpoint:
-            return "", ""
-        return f"'{endpoint}' is not TLS, but the site has keys", "write tls/HOST:PORT and nothing more"
+        if not is_tls(endpoint) or "#" in endpoint or "?" in endpoint:
+            return f"'{endpoint}' is not plain TLS, but the site has keys", "write tls/HOST:PORT and nothing more"
+        if endpoint.endswith(":0"):
+            return f"'{endpoint}' names no port: router and engine are two processes", "write tls/HOST:PORT"
+        return "", ""
     if is_tls(endpoint):
         return f"'{endpoint}' is TLS, and the site has no keys", "make them: formiga access ca; then say keys: FOLDER"
     if is_local(endpoint) or (insecure and mode != "real"):

@@ -39,6 +39,7 @@ def test_who_reaches_an_endpoint(endpoint: str, local: bool, tls: bool) -> None:
     [
         ("tcp/127.0.0.1:7447", "real", False, False, True),
         ("tls/0.0.0.0:7447", "real", False, True, True),
+        ("tls/0.0.0.0:0", "real", False, True, False),
         ("tls/0.0.0.0:7447", "real", False, False, False),
         ("tls/127.0.0.1:7447", "simulation", True, False, False),
         ("tls/0.0.0.0:7447#enable_mtls=false", "simulation", False, True, False),

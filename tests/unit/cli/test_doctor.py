@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from formiga_bt.base.authority import issue, make_authority, revoke
+from formiga_bt.base.certificates import DAY_S, About
 from formiga_bt.base.clock_sync import ClockSync, clock_sync
 from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli.app import run
@@ -202,3 +204,35 @@ def test_an_engine_that_says_nothing_is_told_in_time() -> None:
         checks = [Check("engine", "the engine, if it runs", engine.health)]
         (found,) = run_checks(checks, replace(PATIENT, engine=address), given_s=0.3)
     assert found.finding.level == "fail"
+
+
+def test_keys_that_do_not_fit_are_named_each_with_its_command(doctor: Callable[..., Any], tmp_path: Path) -> None:
+    keys, now_s = tmp_path / "keys", time.time()
+    site = tmp_path / "site.yaml"
+    site.write_text(site.read_text().replace("listen: tcp/127.0.0.1:0", 'listen: "tls/127.0.0.1:7447", keys: keys'))
+    code, found = doctor()
+    assert (code, {(one["check"], one["level"]) for one in found}) == (1, {("keys", "fail"), ("keys", "warn")})
+
+    make_authority(keys, "meadow", (), now_s)
+    for name, at in (
+        ("lwd_1", now_s),
+        ("lwd_2", now_s - 25 * DAY_S),
+        ("hwd_1", now_s),
+        ("picker_1", now_s - 40 * DAY_S),
+    ):
+        issue(keys, name, About(), at)
+    revoke(keys, "hwd_1", now_s)
+    code, found = doctor()
+    assert code == 0
+    assert {one["fix"] for one in found} == {
+        "formiga access agent lwd_2 --renew", "formiga access agent hwd_1", "formiga access agent picker_1 --renew",
+        "formiga access agent watcher_1", "formiga router",
+    }  # fmt: skip
+
+    (keys / "ca.key").chmod(0o644)
+    make_authority(keys, "meadow", (), now_s - 340 * DAY_S)
+    (keys / "engine" / "key.pem").chmod(0o644)
+    code, found = doctor()
+    assert code == 1
+    assert {one["where"] for one in found if one["level"] == "fail"} == {str(keys / "ca.key"), str(keys / "engine")}
+    assert [one["fix"] for one in found if one["where"] == str(keys / "router")] == ["formiga access ca"]
