@@ -44,6 +44,7 @@ class Deed(StrEnum):
     ASSIGN = "give agents to tasks by hand, and take them back"
     PRIORITY = "say which of the tasks that wait goes first"
     ACKNOWLEDGE = "acknowledge alarms"
+    OUT = "take machines out of service, and back"
     CLEAR = "take back a machine that somebody looked at"
     RULES = "start or dismiss what a rule asks about"
     LOAD_SIMULATED = "load tasks into an engine in mode simulation"
@@ -79,6 +80,7 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
             Deed.RELEASE,
             Deed.ASSIGN,
             Deed.PRIORITY,
+            Deed.OUT,
             Deed.ACKNOWLEDGE,
             Deed.CLEAR,
             Deed.RULES,
@@ -86,7 +88,7 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
         },
         Role.PILOT: _VIEWER
         | _AGENT
-        | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.ACKNOWLEDGE, Deed.HANDBACK, Deed.DUTY},
+        | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.ACKNOWLEDGE, Deed.HANDBACK, Deed.DUTY, Deed.OUT},
         Role.APPROVER: _VIEWER | {Deed.APPROVE},
         Role.ADMIN: _VIEWER | {Deed.LOCKDOWN, Deed.LOAD_SIMULATED, Deed.LOAD, Deed.FLEET, Deed.CATALOGUE, Deed.ENGINE},
     }

@@ -282,6 +282,14 @@ class Client(Calls):
 
         return self._decoded(OrderReply, text)
 
+    def out(self, agent: str, reason: str, *, by: str = "") -> str:
+        """Take a machine out of service; return what happens now."""
+        return self._said(f"/v1/agents/{segment(agent)}/out", {"reason": reason, "by": by})
+
+    def back(self, agent: str, *, by: str = "") -> str:
+        """Take a machine back into service."""
+        return self._said(f"/v1/agents/{segment(agent)}/in", {"by": by})
+
     def clear(self, agent: str, *, by: str = "") -> str:
         """Take a quarantined machine back that a person has looked at; return what happens now."""
         return self._said(f"/v1/agents/{segment(agent)}/clear", {"by": by})

@@ -50,7 +50,7 @@ BRANCHES: Final = ("/fleet/", "/orders/", "/allocation/requests/", "/tasks/", "/
 
 _read = attrgetter(
     "type", "order", "shared", "mobility", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task",
-    "goal", "word", "landed", "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind",
+    "goal", "word", "landed", "battery", "position", "quarantine", "taken", "out", "checks", "home", "layer_m", "wind",
     "payload_kg", "limits",
 )  # fmt: skip
 """What a candidate is made from."""
@@ -279,6 +279,7 @@ class Allocation:
             position=a.position,
             detail=a.quarantine,
             taken=a.taken,
+            out=a.out,
             ordered=orders[a.id].stop if a.id in orders else "",
             preflight=preflight and a.flies,
             checks=a.checks,

@@ -6,6 +6,9 @@ it, and is granted once all of its roles are filled: one of a single agent in th
 unassign: what waits keeps it no more. What runs begins anew, as after a preemption: its machines come home first, and it gets
 this one again only by a person's word.
 
+in service: a machine that is taken out ends what it does and comes home; then no task is granted it until it is back. Orders,
+its pilot and its way home are no matter of that.
+
 prioritize: a task that waits gets another priority, or the first place in it.
 
 What a person gave is kept from all but more urgent requests, and until its agent is quarantined. Called by the engine with each
@@ -23,7 +26,7 @@ from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.preemption import what_is_lost
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.inputs import Assign, NotifyPeople, Prioritize, Unassign
+from formiga_bt.engine.kernel.inputs import Assign, InService, NotifyPeople, Prioritize, Unassign
 from formiga_bt.engine.kernel.records import AgentRecord, AgentRequest, RoleRequest, TaskRecord
 from formiga_bt.engine.orders.orders import StandingOrders
 from formiga_bt.engine.tasks.authority import Authority
@@ -49,7 +52,7 @@ class ByHand:
         self._authority = authority
         self._allocation = allocation
 
-    def take(self, given: Assign | Unassign | Prioritize) -> None:
+    def take(self, given: Assign | Unassign | Prioritize | InService) -> None:
         """Carry out an order.
 
         Raises:
@@ -62,11 +65,13 @@ class ByHand:
                 self._unassign(given)
             case Prioritize():
                 self._prioritize(given)
+            case InService():
+                self._in_service(given)
             case _:
                 assert_never(given)
 
     def forget(self, agent_id: str) -> None:
-        """An agent is quarantined: nobody waits for it."""
+        """An agent is quarantined, or out of service: nobody waits for it because of a person's word."""
         for request, role in self._keeping(agent_id):
             self._put(request, replace(role, by_hand=tuple(a for a in role.by_hand if a != agent_id)))
             text = f"{agent_id} was given to {request.holder} by hand; it gets another one"
@@ -185,6 +190,26 @@ class ByHand:
         if (given.priority, order) != (request.priority, request.order):
             core.put_part(task.id, "request", priority=given.priority)
             core.emit(ch.RequestPut(request.task, replace(request, priority=given.priority, order=order)))
+
+    # -- out of service ----------------------------------------------------------------------------------------------
+    def _in_service(self, given: InService) -> None:
+        core = self._core
+        agent = self._agent(given.agent)
+        if agent.human:
+            raise TaskError("human", f"{agent.id} is a person; machines are taken out of service")
+        if not given.reason:
+            if not agent.out:
+                raise TaskError("not_out", f"{agent.id} is in service")
+            core.put_agent(agent.id, out="", out_by="")
+            return
+        core.put_agent(agent.id, out=given.reason, out_by=given.by)
+        if agent.out:
+            return
+        self.forget(agent.id)
+        for request in core.state.requests.values():
+            if any(role.id == agent.id for role in request.roles):
+                text = f"{agent.id} is out of service ({given.reason}): {request.holder} asks for it and waits"
+                core.effect(NotifyPeople(text, (), "warning", request.holder))
 
     # -- what there is ---------------------------------------------------------------------------------------------
     def _open_task(self, name: str) -> TaskRecord:

@@ -220,7 +220,7 @@ class Engine:
                 refuse_if_full(self.core, given)
                 self.command.give(given)
                 return Done()
-            case inp.Assign() | inp.Unassign() | inp.Prioritize():
+            case inp.Assign() | inp.Unassign() | inp.Prioritize() | inp.InService():
                 refuse_if_full(self.core, given)
                 self.by_hand.take(given)
                 return Done()

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from formiga_bt.engine.kernel.inputs import Assign, Input, Prioritize, Unassign
+from formiga_bt.engine.kernel.inputs import Assign, Input, InService, Prioritize, Unassign
 from formiga_bt.engine.kernel.records import Priority
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
@@ -82,6 +82,31 @@ class HandDesk:
         self._view.catch_up()
         place = ", before all others of it" if first else ""
         return OrderDone(with_keeping(f"{task} has priority {priority}{place}", reply))
+
+    def out(self, agent: str, reason: str, by: str = "") -> OrderDone:
+        """Take a machine out of service: it ends what it does, then no task is granted it.
+
+        Raises:
+            Refused: unknown, or a person.
+        """
+        reply = self._ask(InService(agent, reason, by))
+        self._view.catch_up()
+        with self._view.reading() as state:
+            record = state.agents[agent]
+        then = f"; it ends {record.task} first" if record.task else ""
+        if not record.task and record.landed == "airborne":
+            then = f"; it is in the air: formiga return {agent}"
+        return OrderDone(with_keeping(f"{agent} is out of service: {reason}{then}", reply))
+
+    def back(self, agent: str, by: str = "") -> OrderDone:
+        """Take a machine back into service.
+
+        Raises:
+            Refused: unknown, or it is in service.
+        """
+        reply = self._ask(InService(agent, "", by))
+        self._view.catch_up()
+        return OrderDone(with_keeping(f"{agent} is in service", reply))
 
     def _explained(self, refused: Refused, task: str, agent: str) -> Refused:
         near: Iterable[str] = refused.near

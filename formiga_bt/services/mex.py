@@ -89,7 +89,7 @@ def mex_of(state: EngineState, frame: Frame, only: str = "") -> tuple[Mex, ...]:
 def _mex(state: EngineState, agent: AgentRecord, frame: Frame, asked: dict[str, str]) -> Mex:
     task = agent.task or (asked.get(agent.id, "") if agent.shared else "")
     status = "ASSIGNED" if task and agent.pool == "STANDBY" else agent.pool
-    keeps = agent.taken or agent.refused or agent.id in state.orders or agent.control != "engine"
+    keeps = agent.taken or agent.refused or agent.out or agent.id in state.orders or agent.control != "engine"
     at = agent.position
     gps = None
     if at is not None:

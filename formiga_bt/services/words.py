@@ -54,6 +54,7 @@ HINTS: Final[Mapping[str, str]] = {
     "which_role": "formiga assign {target} AGENT --role ROLE",
     "unknown_role": "formiga assign {target} AGENT --role ROLE",
     "needs_nobody": "formiga why {target} tells what it does",
+    "not_out": "formiga agents shows how it is",
     "not_assigned": "formiga agents shows who has which task",
     "cannot_begin_anew": "let it end, or end it: formiga abort TASK",
     "already_started": "formiga tasks --status PENDING lists those that wait",

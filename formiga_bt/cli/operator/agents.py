@@ -19,7 +19,7 @@ from formiga_bt.client import connect
 from formiga_bt.show.facts import AgentFact, AgentList, OrderFact
 from formiga_bt.show.listed import where_words
 
-ORDERS = ("clear", "removed", "handback")
+ORDERS = ("clear", "removed", "handback", "out", "in")
 FLEETS = "fleets"
 WORDS = (*ORDERS, *members.ORDERS, FLEETS)
 HEARD = {"ALIVE": "yes", "SUSPECT": "suspect", "LOST": "lost"}
@@ -35,6 +35,7 @@ def command(
     kind: Annotated[str, typer.Option("--type", help="With add: its type, if it has not announced itself yet.")] = "",
     home: Annotated[str, typer.Option("--home", help="With add: its own port or station.", metavar="NAME")] = "",
     by: Annotated[str, typer.Option("--by", help="Who says so; in mode real an approver.", metavar="NAME")] = "",
+    reason: Annotated[str, typer.Option("--reason", help="With out: why, for those who ask.", metavar="TEXT")] = "",
     yes_removed: Annotated[
         str,
         typer.Option(
@@ -51,6 +52,7 @@ def command(
     clear: you have looked at a machine that is quarantined, or was started anew, and trust it again; it comes home if it may be
     airborne.
     removed: you have taken away a machine that counts as lost; others may fly and land where it was. You type its name.
+    out: no task gets the machine any more, once it has ended what it does; say --reason. in: it is fit again.
     handback: short for formiga handback ID --end. Example: formiga agents clear hwd_1
 
     add: it belongs to the fleet, as if the site file listed it: no approval of a task ends. In mode real an approver says so,
@@ -63,6 +65,10 @@ def command(
         raise UnusableFile("--type and --home belong to `formiga agents add ID`")
     if yes_removed and order != "removed":
         raise UnusableFile("--yes-removed belongs to `formiga agents removed ID`")
+    if bool(reason) != (order == "out"):
+        raise UnusableFile(
+            "say why: formiga agents out ID --reason TEXT" if order == "out" else "--reason belongs to `out`"
+        )
     client = connect(site, url, token_file)
     if order == FLEETS:
         members.show_fleets(client, as_json=as_json)
@@ -77,6 +83,10 @@ def command(
                 said = client.removed(agent, confirmed=_typed(agent, yes_removed), by=user())
             case "clear":
                 said = client.clear(agent, by=user())
+            case "out":
+                said = client.out(agent, reason, by=by or user())
+            case "in":
+                said = client.back(agent, by=by or user())
             case _:
                 said = client.hand_back(agent, by=user()).text
         if as_json:
@@ -153,6 +163,7 @@ def _row(agent: AgentFact, order: OrderFact | None) -> tuple[str, ...]:
     notes = [
         agent.order,
         agent.quarantine,
+        agent.out and f"out of service: {agent.out}",
         "started anew" if agent.rebooted else "",
         agent.refused and f"not admitted: {agent.refused}",
         "" if agent.control == "engine" else f"control: {agent.control}",

@@ -31,6 +31,8 @@ class Candidate(Struct, frozen=True, kw_only=True):
     detail: str = ""
     taken: bool = False
     """A pilot has, or had, it, and nobody has handed it back."""
+    out: str = ""
+    """Why a person took it out of service."""
     ordered: str = ""
     """The order that stands on it."""
     preflight: bool = False

@@ -77,6 +77,8 @@ def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | N
         return "not_admitted", agent.refused
     if role.shared:
         return None  # people are shared and wait for nobody: an unreachable one still holds no task up
+    if agent.out:
+        return "out", agent.out
     if agent.pool == "QUARANTINED":
         return "quarantined", agent.detail
     if agent.liveness != "ALIVE":

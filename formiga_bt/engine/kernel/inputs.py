@@ -113,6 +113,14 @@ class Prioritize(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class InService(Struct, frozen=True, tag=True):
+    """A person takes a machine out of service: no task is granted it. Or (`reason` "") back."""
+
+    agent: str
+    reason: str = ""
+    by: str = ""
+
+
 class RuleOrder(Struct, frozen=True, tag=True):
     """A person's word on what waits for them: the task of a rule is started now, or what happened is dismissed."""
 
@@ -374,7 +382,7 @@ Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | Learn | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
-    | RuleOrder | Assign | Unassign | Prioritize | AcknowledgeAlarm | HouseState
+    | RuleOrder | Assign | Unassign | Prioritize | InService | AcknowledgeAlarm | HouseState
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

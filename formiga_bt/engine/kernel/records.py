@@ -558,6 +558,9 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     on_link_loss: str = ""
     limits: dict[str, float] = {}
     """What it announces of itself, SI by name; its type's numbers hold for the rest."""
+    out: str = ""
+    """Why a person took it out of service, or empty: no task is granted it."""
+    out_by: str = ""
     taken: bool = False
     """A pilot or its own failsafe took it over, and no person has handed it back yet."""
     breach: str = ""

@@ -12,6 +12,7 @@ from formiga_bt.engine.kernel.inputs import (
     Assign,
     Duty,
     Input,
+    InService,
     JournalState,
     Learn,
     LockdownOrder,
@@ -67,6 +68,7 @@ def begins_something(given: Input) -> bool:
             | Assign()
             | Unassign()
             | Prioritize()
+            | InService(reason="")
             | RuleOrder(do="start")
             | Operator("restart")
             | LockdownOrder("release")

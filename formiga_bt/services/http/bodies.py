@@ -144,6 +144,12 @@ class HandbackBody(ByBody):
     how: Literal["continue", "return", "end"] = "end"
 
 
+class OutBody(ByBody):
+    """Take a machine out of service."""
+
+    reason: Annotated[str, Field(min_length=1, max_length=200)]
+
+
 class RemovedBody(ByBody):
     """A person took a lost machine away, and says so: `confirmed` must repeat its id."""
 

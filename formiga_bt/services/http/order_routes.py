@@ -63,6 +63,16 @@ def add(routes: FactRoutes, stops: Stops, by_hand: HandDesk) -> None:
         """Take an agent back: what flies comes home, and its task begins anew without it."""
         return by_hand.unassign(agent, speaker((body or b.ByBody()).by))
 
+    @routes.post("/v1/agents/{agent}/out", "agents", Deed.OUT)
+    def out(agent: str, body: b.OutBody) -> OrderDone:
+        """Take a machine out of service: it ends what it does, then no task is granted it."""
+        return by_hand.out(agent, body.reason, speaker(body.by))
+
+    @routes.post("/v1/agents/{agent}/in", "agents", Deed.OUT)
+    def back(agent: str, body: b.ByBody | None = None) -> OrderDone:
+        """Take a machine back into service."""
+        return by_hand.back(agent, speaker((body or b.ByBody()).by))
+
     @routes.post("/v1/tasks/{task_id}/priority", "tasks", Deed.PRIORITY)
     def prioritize(task_id: str, body: b.PriorityBody) -> OrderDone:
         """Give a task that waits another priority, or the first place in it."""

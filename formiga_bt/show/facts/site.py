@@ -104,6 +104,8 @@ class AgentFact(Struct, frozen=True, kw_only=True):
     breach: str = ""
     """The limit of its envelope that it breaks now."""
     quarantine: str = ""
+    out: str = ""
+    """Why a person took it out of service, and who."""
     rebooted: bool = False
     """Started anew, and it stands: nothing makes it start before a person cleared it or a task is granted anew."""
     refused: str = ""

@@ -116,6 +116,7 @@ def agent_fact(
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
         quarantine=agent.quarantine,
+        out=f"{agent.out} ({agent.out_by})" if agent.out_by else agent.out,
         rebooted=stands_rebooted(agent),
         refused=agent.refused or agent.refused_at_rest,
         word=agent.word,

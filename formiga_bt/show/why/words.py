@@ -30,6 +30,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "ordered": "has a standing order ({detail})",
     "preflight": "is not ready to fly: {detail}",
     "no_checks": "has not reported whether it is ready to fly",
+    "out": "is out of service: {detail}",
     "by_hand": "is not the one that a person gave it ({detail})",
     "taken_back": "was taken back from it by a person",
 }
@@ -47,6 +48,7 @@ VERDICT_HINTS: Final[Mapping[str, str]] = {
     "ordered": "formiga continue {agent}",
     "preflight": "formiga preflight {agent}",
     "no_checks": "formiga preflight {agent}",
+    "out": "once it is fit: formiga agents in {agent}",
     "by_hand": "formiga assign TASK {agent} once that one is taken back: formiga unassign",
     "taken_back": "formiga assign TASK {agent} gives it again",
 }

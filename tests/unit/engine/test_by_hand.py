@@ -5,7 +5,15 @@ from typing import Any
 import pytest
 
 from formiga_bt.base.errors import TaskError
-from formiga_bt.engine.kernel.inputs import Assign, LockdownOrder, NotifyPeople, Operator, Prioritize, Unassign
+from formiga_bt.engine.kernel.inputs import (
+    Assign,
+    InService,
+    LockdownOrder,
+    NotifyPeople,
+    Operator,
+    Prioritize,
+    Unassign,
+)
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.testing import effects
 from tests.reloading import reloaded
@@ -260,3 +268,63 @@ class TestPrioritize:
         yard.ask(Prioritize(other, "high"))
         yard.run_for(0.2)
         assert yard.task(mine).restart.why == "preempted" or yard.task(mine).run == 2
+
+
+class TestOutOfService:
+    def test_it_ends_what_it_does_and_gets_no_more(self, make: Make) -> None:
+        yard = make(*ALL)
+        first, second = yard.start("Flight"), yard.start("Near")
+
+        yard.ask(InService("c1", "rotor", "eve"))
+
+        for _ in range(3):
+            yard.cart.succeed()
+            yard.run_for(0.2)
+        assert yard.outcome(first) == ("SUCCEEDED", "")
+        yard.run_for(5.0)
+        assert (yard.task(second).status, code(yard, second, "c1")) == ("PENDING", "out")
+        assert refused(yard, Assign(second, "c1")) == "out"
+        assert reloaded(yard.engine.state).agents["c1"].out == "rotor", "also after a kill"
+        yard.cart.kill()
+        yard.cart.boot()
+        yard.run_for(60.0)
+        assert yard.record("c1").out == "rotor", "also when its own process was started anew"
+        yard.ask(InService("c1"))
+        yard.run_for(0.2)
+        assert yard.task(second).status == "ACTIVE"
+        assert refused(yard, InService("c1")) == "not_out"
+
+    def test_who_waits_for_it_is_told(self, make: Make) -> None:
+        yard = standing(make)
+        mine, team = yard.start("One", r=AgentRef("c1")), yard.start("Team")
+        free(yard, "c2")
+        yard.ask(Assign(team, "c2"))
+
+        yard.ask(InService("c1", "rotor"))
+        yard.ask(InService("c1", "rotor and battery"))
+        yard.ask(InService("c2", "rotor"))
+
+        assert [n.task for n in effects(yard, NotifyPeople)] == [mine, team]
+        assert yard.engine.state.requests[team].roles[0].by_hand == ()
+        assert yard.record("c1").out == "rotor and battery"
+        assert yard.task(mine).status == "PENDING"
+
+    def test_a_high_task_takes_it_from_nobody(self, make: Make) -> None:
+        yard = make(*ALL)
+        mine = yard.start("Flight")
+        yard.ask(InService("c1", "rotor"))
+        yard.start("Sos")
+        yard.run_for(1.0)
+        assert (yard.task(mine).run, yard.task(mine).restart.why) == (1, "")
+
+    def test_orders_and_its_way_home_reach_it_and_people_are_not_machines(self, make: Make) -> None:
+        yard = make(*ALL)
+        yard.start("Flight")
+        yard.cart.succeed()
+        yard.run_for(0.2)
+        yard.ask(InService("c1", "rotor"))
+        yard.ask(Unassign("c1"))
+        yard.run_for(0.2)
+        assert yard.cart.goal.action == "Home"
+        assert refused(yard, InService("ann", "ill")) == "human"
+        assert refused(yard, InService("c9", "rotor")) == "unknown_agent"

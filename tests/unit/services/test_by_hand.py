@@ -1,6 +1,7 @@
 """Agents given by hand over HTTP: what is answered, refused with its reason and hint, by whom, and twice."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -94,3 +95,21 @@ def test_the_commands_of_the_page_do_as_it_says(
     service.wait(lambda: said(give) == 0)
     assert said(back) == 0
     assert "begins anew without it" in capsys.readouterr().out
+
+
+def test_a_machine_is_taken_out_of_service_and_back(
+    service: Service, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    section = re.search(r"### Out of service\n.*?```\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert section is not None
+    out, back = [[w.replace("hwd_1", "lwd_1") for w in shlex.split(line)[1:]] for line in section[1].splitlines()]
+    monkeypatch.chdir(tmp_path)
+    assert run([*out, "--by", "eve"]) == 0
+    assert run(["agents"]) == 0
+    assert "out of service: rotor 2 shakes (eve)" in capsys.readouterr().out
+    mine = service.submit("Hello")
+    service.wait(lambda: "out" in service.codes(mine))
+    assert run(["agents", "out", "lwd_1"]) == 2
+    assert service.refused("POST", "/v1/agents/lwd_1/out", {"reason": ""})["status"] == 422
+    assert run(back) == 0
+    service.wait(lambda: service.task(mine)["status"] != "PENDING")

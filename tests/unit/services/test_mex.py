@@ -65,7 +65,7 @@ def test_what_is_not_known_is_said_so() -> None:
     "fields",
     [
         {"pool": "QUARANTINED", "quarantine": "in_doubt"}, {"pool": "PARKED_AWAY"}, {"liveness": "SUSPECT"},
-        {"control": "pilot"}, {"taken": True}, {"refused": "unlisted"},
+        {"control": "pilot"}, {"taken": True}, {"out": "rotor"}, {"refused": "unlisted"},
     ],
 )  # fmt: skip
 def test_one_that_cannot_be_given_to_a_task_is_not_available(fields: dict[str, Any]) -> None:
