@@ -6,11 +6,12 @@ with what it has written beforehand and keeps none of the rules of `docs/wire.md
     python benchmarks/bench_own_agent.py [--goals N] [--rounds N]
     python benchmarks/bench_own_agent.py --keys       # the same agent with keys, beside itself without: TLS and a router
 
-With --keys a request is measured, too: from `POST /v1/tasks` to the first goal at the agent, engine and agent as processes.
+With --keys a request is measured, too: from `add_task` over Zenoh to the first goal at the agent, all of them processes.
 """
 
 import argparse
 import contextlib
+import json
 import re
 import statistics
 import subprocess
@@ -22,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from formiga_bt.base.authority import issue, make_authority
-from formiga_bt.base.certificates import About
+from formiga_bt.base.certificates import About, Keys, read_keys
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.site_folder import read_address
 from formiga_bt.client import Client
@@ -36,7 +37,7 @@ from formiga_bt.transport.messages import (
     TransportEvent,
 )
 from formiga_bt.transport.zenoh import ZenohTransport
-from formiga_bt.transport.zenoh_session import free_endpoint
+from formiga_bt.transport.zenoh_session import free_endpoint, open_session
 
 OWN = """
 import sys
@@ -247,7 +248,7 @@ def with_keys(goals: int, rounds: int) -> None:
         words = "with TLS and a router" if has_keys else "without keys"
         p90 = sorted(times)[len(times) * 9 // 10]
         print(
-            f"from a request to its first goal at the agent, {words}: {statistics.median(times):.1f} ms, p90 {p90:.1f} ms"
+            f"from add_task to its first goal at the agent, {words}: {statistics.median(times):.1f} ms, p90 {p90:.1f} ms"
         )
 
 
@@ -271,13 +272,17 @@ def requested_ms(requests: int, *, has_keys: bool) -> list[float]:
         if has_keys:
             call(folder, "-m", "formiga_bt", "access", "ca").wait()
             call(folder, "-m", "formiga_bt", "access", "agent", "mule_1").wait()
+            call(folder, "-m", "formiga_bt", "access", "program", "shop").wait()
+            call(folder, "-m", "formiga_bt", "access", "add", "shop", "--role", "requester").wait()
             running.append(call(folder, "-m", "formiga_bt", "router"))
         running.append(call(folder, "-m", "formiga_bt", "up", "--http", "127.0.0.1:0"))
         running.append(
             call(folder, "mule.py", *(["--keys", f"{keys}/mule_1"] if has_keys else []), "--connect", endpoint)
         )
         try:
-            return _requested(folder, of, noted, requests)
+            return _requested(
+                folder, of, noted, requests, read_keys(folder / keys / "shop", time.time()) if has_keys else None
+            )
         finally:
             for one in reversed(running):
                 one.terminate()
@@ -288,7 +293,7 @@ def requested_ms(requests: int, *, has_keys: bool) -> list[float]:
                 one.wait()
 
 
-def _requested(folder: Path, site: str, noted: Path, requests: int) -> list[float]:
+def _requested(folder: Path, site: str, noted: Path, requests: int, keys: Keys | None) -> list[float]:
     until = time.monotonic() + 40
     while (there := read_address(folder / ".formiga" / site)) is None or not any(
         one.pool == "STANDBY" for one in Client(there).agents().agents if one.id == "mule_1"
@@ -296,9 +301,13 @@ def _requested(folder: Path, site: str, noted: Path, requests: int) -> list[floa
         assert time.monotonic() < until, "the agent is not there"
         time.sleep(0.1)
     client, found = Client(there), []
+    app = open_session("client", site, connect=[there.endpoint], keys=keys)
+    service = "formiga/add_task" if keys is None else "svc/shop/formiga/add_task"
     for number in range(requests + 5):
         seen, start = noted.read_text().count("\n") if noted.exists() else 0, time.monotonic_ns()
-        task = client.request("TryMule", {})
+        (reply,) = app.get(service, payload=json.dumps({"keyword": "TryMule"}), timeout=10.0)
+        assert reply.ok is not None, reply.err.payload.to_string()
+        task = json.loads(reply.ok.payload.to_string())["task_id"]
         while not noted.exists() or noted.read_text().count("\n") == seen:
             assert time.monotonic() < until + requests, "no goal came"
             time.sleep(0.002)
@@ -306,6 +315,7 @@ def _requested(folder: Path, site: str, noted: Path, requests: int) -> list[floa
             found.append((int(noted.read_text().split()[-1]) - start) / 1e6)
         while client.detail(task).task.status not in ("SUCCEEDED", "FAILED"):
             time.sleep(0.01)
+    app.close()
     return found
 
 
