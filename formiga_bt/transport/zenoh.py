@@ -361,9 +361,9 @@ class ZenohTransport:
                 query.reply_err(b"the engine is not ready: ask again")
 
     def _take_call(self, query: Any) -> None:
-        _, principal, *_ = str(query.key_expr).split("/")
-        if self._revoked is not None and principal in self._revoked.look():
-            refuse(query, encoded(CallError("keys_revoked", f"the keys of {principal} were revoked")))
+        caller = str(query.key_expr).split("/")[1:2]
+        if self._revoked is not None and self._revoked.look().intersection(caller):
+            refuse(query, encoded(CallError("keys_revoked", f"the keys of {caller[0]} were revoked")))
         else:
             self._calls.take(query)
 
