@@ -189,7 +189,7 @@ def ground() -> tuple[Catalogue, Site]:
 @lru_cache(maxsize=1)
 def corpus() -> tuple[str, ...]:
     """Return the texts to begin with: all shipped files and the museum of mistakes."""
-    folders = ("trees", "trees/lib", "trees/scenarios", "actions", "tests/lang_errors", "tests/casework_errors")
+    folders = ("trees", "trees/lib", "trees/scenarios", "actions", "tests/lang_errors", "tests/lang_errors/cases")
     files = [path for folder in folders for path in sorted((ROOT / folder).glob("*.yaml"))]
     return tuple(path.read_text(encoding="utf-8", errors="replace") for path in files)
 

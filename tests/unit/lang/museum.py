@@ -1,7 +1,7 @@
 """The museum of mistakes, tests/lang_errors: how each file is read, which places of the checker it reaches, and what they say.
 
-The first word of a file's name says what the file is (`IN`, `read`). A place is where formiga_bt/lang reports a problem: a call
-that has a code, such as `problems.add("E008", ...)`.
+The first word of a file's name says what the file is (`IN`, `read`). A place is where a problem is reported (`ROOMS`): a call
+with a code, such as `problems.add("E008", ...)`.
 """
 
 import ast
@@ -28,15 +28,18 @@ from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.lang.scenario import load_scenario
 from formiga_bt.lang.text.document import parse
 from formiga_bt.lang.text.reading import plain
+from formiga_bt.rehearsal.cases.reading import load_cases
 
 ROOT = Path(__file__).parents[3]
 MUSEUM = ROOT / "tests" / "lang_errors"
 CATALOGUES = [ROOT / "actions" / "base.yaml", MUSEUM / "catalogue" / "kite.yaml", MUSEUM / "catalogue" / "yard.yaml"]
 FILES = sorted(
     path.relative_to(MUSEUM).as_posix()
-    for each in ("*.yaml", "world_*/", "plays/*_*.yaml", "unreadable/*_*.yaml", "unreadable/world_*/")
+    for each in ("*.yaml", "world_*/", "plays/*_*.yaml", "unreadable/*_*.yaml", "unreadable/world_*/", "cases/*.yaml")
     for path in MUSEUM.glob(each)
 )
+ROOMS = ("lang", "rehearsal/cases")
+"""What reads files of people and reports what is wrong in them."""
 CODE = re.compile(r"[EW]\d{3}")
 MQTT = WireKind(
     name="mqtt",
@@ -75,6 +78,10 @@ def read(name: str, catalogue: Catalogue) -> Read:
         case "scenario" | "given":
             scenario = load_scenario(path, catalogue=catalogue)
             found, sources = scenario.diagnostics, scenario.sources
+        case "test":
+            cases = load_cases(path, catalogue=catalogue)
+            assert cases.cases is None
+            found, sources = cases.diagnostics, cases.sources
         case "profile":
             profile = load_profile(path)
             found, sources = profile.diagnostics, profile.sources
@@ -145,9 +152,9 @@ class Place:
 
 
 def places() -> list[Place]:
-    """Return where formiga_bt/lang reports problems."""
+    """Return where problems of files are reported."""
     found = []
-    for path in sorted((ROOT / "formiga_bt" / "lang").rglob("*.py")):
+    for path in sorted(path for room in ROOMS for path in (ROOT / "formiga_bt" / room).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             codes = _codes(node)
             if codes:
@@ -217,6 +224,7 @@ IN = {
     "world": "In a site with what is beside it",
     "rules": "In rules",
     "scenario": "In a scenario",
+    "test": "In a test file",
     "profile": "In a profile",
     "request": "In what a task is given",
     "given": "In what a task is given",
@@ -264,5 +272,5 @@ def expected(name: str) -> Path:
 
 
 def _kind(name: str) -> str:
-    word = Path(name).name.partition("_")[0]
+    word = "test" if name.endswith(".test.yaml") else Path(name).name.partition("_")[0]
     return word if word in IN else "task"

@@ -1,31 +1,13 @@
-"""Test files with mistakes: each is refused with exactly these words.
-
-`pytest tests/unit/rehearsal/cases/test_reading.py --update-golden` rewrites the expected texts; read the difference.
-"""
+"""Where what a test file names is looked up; what is wrong in it is told as tests/lang_errors/cases has it."""
 
 from pathlib import Path
 
-import pytest
-
-from formiga_bt.base.diagnostics import render
 from formiga_bt.base.packaged import folder
 from formiga_bt.rehearsal.cases.reading import load_cases
 from formiga_bt.rehearsal.testing import packaged_world
 from tests.golden import Wording
 
-MUSEUM = Path(__file__).parents[3] / "casework_errors"
-FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))
 CATALOGUE = packaged_world()[1]
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_the_mistakes_are_reported_in_these_words(name: str, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
-    monkeypatch.chdir(MUSEUM)
-    loaded = load_cases(Path(name), catalogue=CATALOGUE)
-    text = "\n\n".join(render(d, loaded.sources) for d in loaded.diagnostics) + "\n"
-
-    assert loaded.cases is None
-    wording.file(MUSEUM / name.replace(".yaml", ".expected.txt"), text)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
