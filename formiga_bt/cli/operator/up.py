@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from formiga_bt.services.collector import Collector
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.simulated import Simulated
+    from formiga_bt.services.supervised import Supervisor
 
 TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown", "library"})
 """Events that are printed; of agents only take-overs and handbacks."""
@@ -133,6 +134,7 @@ def command(
     from formiga_bt.services.collector import Collector
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.kept.journaling import SITE_FILES, JournalAt
+    from formiga_bt.services.supervised import Supervisor
     from formiga_bt.services.thread_switching import short_turns
 
     texts[SITE_FILES] = dict(world.sources)
@@ -148,7 +150,9 @@ def command(
     )  # fmt: skip
     with host, _fleet(host, world, people, sim, keys) as agents, Collector() as collector, short_turns():
         _banner(host, people, sim)
-        _serve(host, agents, collector, quiet=quiet)
+        supervisor = Supervisor(os.environ)
+        _serve(host, agents, collector, supervisor, quiet=quiet)
+        supervisor.ends()
         left = host.open_tasks()
     host.check()
     if left:
@@ -327,7 +331,9 @@ def _open(host: "EngineHost") -> list[str]:
     return found
 
 
-def _serve(host: "EngineHost", agents: "Simulated | None", collector: "Collector", *, quiet: bool) -> None:
+def _serve(
+    host: "EngineHost", agents: "Simulated | None", collector: "Collector", supervisor: "Supervisor", *, quiet: bool
+) -> None:
     asked: list[int] = []
 
     def note(number: int, frame: Any) -> None:  # noqa: ARG001
@@ -335,9 +341,12 @@ def _serve(host: "EngineHost", agents: "Simulated | None", collector: "Collector
 
     before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     handled, seen = 0, 0
+    supervisor.ready()  # not before a signal ends it in order
     try:
         while not host.is_over():
             host.wait(0.2)
+            if host.alive().alive:
+                supervisor.works()
             seen = seen if quiet else _print_news(host, seen)
             for text in agents.look() if agents is not None else ():
                 _say(text)
