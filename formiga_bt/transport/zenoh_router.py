@@ -150,7 +150,8 @@ class Refusals:
             what = _PLAIN.sub(b"", line).split(b": ", 1)[-1].decode(errors="replace")
             self._say("", f"refused a connection: {_in_words(what)}")
         elif b"ERROR" in line:
-            self._say("router", _PLAIN.sub(b"", line).decode(errors="replace").strip())
+            text = _PLAIN.sub(b"", line).decode(errors="replace").partition(" ERROR ")[2].strip()
+            self._say("router", f"zenoh: {text}")
 
     def _refused(self, line: bytes) -> None:
         found = _DENIED.search(_PLAIN.sub(b"", line).decode(errors="replace"))

@@ -593,3 +593,19 @@ def test_an_engine_without_its_router_says_so_and_finds_it_again(vault: Vault, v
     vault.hear(AgentSeen, lambda one: one.card.id == "victim", since=mark)
     until(lambda: not [one for one in vault.engine.troubles() if one[0] == "router_gone"], "the end of router_gone")
     vault.is_unharmed(victim)
+
+
+def test_an_engine_whose_certificate_is_over_soon_says_so_and_does_not_start_with_one_that_is(tmp_path: Path) -> None:
+    keys = tmp_path / "keys"
+    make_authority(keys, SITE, (), time.time() - 340 * DAY_S)
+    engine = ZenohTransport(SITE, listen="tls/127.0.0.1:1", keys=keys)
+    engine.open(lambda: None)
+    try:
+        assert [(code, who) for code, who, _ in engine.troubles()] == [("keys_expire", "engine")]
+        until(lambda: ("router_gone", "router") in [(code, who) for code, who, _ in engine.troubles()], "router_gone")
+    finally:
+        engine.close()
+    assert engine.troubles() == []
+    make_authority(keys, SITE, (), time.time() - 366 * DAY_S)
+    with pytest.raises(KeysError, match="expired"):
+        ZenohTransport(SITE, listen="tls/127.0.0.1:1", keys=keys).open(lambda: None)

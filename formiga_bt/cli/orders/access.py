@@ -216,7 +216,7 @@ def _keys(
 ) -> None:
     from formiga_bt.cli.orders import keys  # loads the library of certificates
 
-    at = keys.place(site, _owned(folder))
+    at = keys.place(site, _owned(folder) if what is AccessCommand.CA else folder)
     agents = [one for one in names if one]
     if what is AccessCommand.CA:
         if agents:

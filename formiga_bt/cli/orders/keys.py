@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +11,7 @@ from msgspec import Struct
 
 from formiga_bt.base import authority
 from formiga_bt.base.authority import Holder, day, read_holders, read_running
-from formiga_bt.base.certificates import About
+from formiga_bt.base.certificates import About, KeysError
 from formiga_bt.base.durable import private_folder
 from formiga_bt.base.endpoints import EVERYWHERE
 from formiga_bt.base.errors import SiteError, UnusableFile
@@ -44,24 +45,19 @@ class Place(Struct, frozen=True):
 
 
 def place(site: "Site", folder: Path) -> Place:
-    """Return where the keys of a site are: where its file says, else in its runtime folder.
-
-    Raises:
-        SiteError: the folder cannot be made.
-    """
+    """Return where the keys of a site are: where its file says, else in its runtime folder."""
     named = keys_of(site)
-    keys = named or folder / authority.FOLDER
-    try:
-        private_folder(keys)
-    except OSError as error:
-        raise SiteError(f"cannot write {keys}: {error.strerror or error}") from error
-    return Place(keys, site.name, listen_of(site), named is not None)
+    return Place(named or folder / authority.FOLDER, site.name, listen_of(site), named is not None)
 
 
 def ca(at: Place, hosts: Sequence[str]) -> None:
     """Make the authority, or new certificates of engine and router."""
     own = at.listen.partition("/")[2].rpartition(":")[0].strip("[]")
     listens = [own] if own and at.listen.startswith("tls/") and own not in ("0.0.0.0", "::") else []
+    try:
+        private_folder(at.keys)
+    except OSError as error:
+        raise SiteError(f"cannot write {at.keys}: {error.strerror or error}") from error
     with changing(at.keys):
         made = authority.make_authority(at.keys, at.site, (*hosts, *listens), time.time())
         known = read_holders(at.keys)
@@ -83,7 +79,7 @@ def agent(at: Place, names: Sequence[str], *, renew: bool, is_program: bool) -> 
     """Make keys of agents or programs, or new certificates of theirs."""
     if not names:
         raise UnusableFile("say whose: formiga access agent NAME (an account's agent: formiga access is ACCOUNT AGENT)")
-    with changing(at.keys):
+    with _changing(at):
         about = at.about(read_holders(at.keys).hosts)
         for name in names:
             where = _shown(at.keys / name)
@@ -108,7 +104,7 @@ def revoke(at: Place, names: Sequence[str]) -> None:
     """Take the keys of agents back."""
     if not names:
         raise UnusableFile("say whose: formiga access revoke agent NAME")
-    with changing(at.keys):
+    with _changing(at):
         for name in names:
             authority.revoke(at.keys, name, time.time())
             typer.echo(f"the keys of {name} count no more: the engine hears nothing of it from now on")
@@ -136,6 +132,12 @@ def show(at: Place, *, as_json: bool) -> None:
     typer.echo(
         f"router: process {running.pid} at {running.endpoint}" if running else "router: none runs on this machine"
     )
+
+
+def _changing(at: Place) -> AbstractContextManager[None]:
+    if not at.keys.is_dir():
+        raise KeysError(f"there are no keys of {at.site}: no {_shown(at.keys)}", help="formiga access ca")
+    return changing(at.keys)
 
 
 def _kind(one: Holder) -> str:

@@ -81,6 +81,22 @@ def test_what_cannot_be_done_is_said(keys: Path, capsys: Capture, words: list[st
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_who_only_looks_makes_nothing(keys: Path, capsys: Capture) -> None:
+    assert said("keys") == 0
+    assert said("agent", "lwd_1") == said("revoke", "agent", "lwd_1") == 1
+    assert "formiga access ca" in capsys.readouterr().err
+    assert not keys.parents[1].exists()
+
+
+def test_a_new_agent_of_a_site_with_keys_says_how_it_gets_its_own(keys: Path, capsys: Capture) -> None:
+    transports('{zenoh: {listen: "tls/0.0.0.0:7447", keys: .formiga/meadow/keys}}')
+    assert run(["new", "agent", "mule.py"]) == 0
+    shown = capsys.readouterr().err
+    assert "formiga access agent mule_1" in shown
+    assert "python mule.py --keys .formiga/meadow/keys/mule_1" in shown
+    assert "connect=" not in Path("mule.py").read_text(encoding="utf-8")
+
+
 def test_no_private_key_is_ever_shown(keys: Path, capsys: Capture) -> None:
     assert said("ca") == said("agent", "lwd_1") == said("keys") == said("agent", "lwd_1", "--renew") == 0
     shown = "".join(capsys.readouterr())
