@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.transport.zenoh_session import close_session, open_session
+from formiga_bt.services.http.audit import read_audit
+from formiga_bt.transport.zenoh_session import close_session, free_endpoint, open_session
 from tests.e2e.rig import wait_until
 from tests.e2e.test_service import Shell, new_site
 
@@ -43,7 +44,7 @@ def called(endpoint: str, service: str, timeout_s: float = 10.0, /, **request: A
 def test_the_program_of_the_page_does_as_it_says(shell: Shell) -> None:
     engine = shell.up("--sim")
     wait_until(lambda: len(shell.json("agents")["agents"]) >= 5, what="its agents are there")
-    (program,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    program, _ = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     program = program.replace('"meadow", "tcp/127.0.0.1:7447"', f'"my_meadow", "{engine.endpoint}"')
     (shell.folder / "app.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
@@ -86,3 +87,43 @@ def test_a_real_site_on_the_loopback_serves_nobody_whose_name_is_not_bound(shell
     engine = shell.up("--speed", "1")
     assert called(engine.endpoint, "formiga/add_task", 1.0, keyword="Hello") is None
     assert called(engine.endpoint, "svc/ann/formiga/add_task", 1.0, keyword="Hello") is None
+
+
+@pytest.mark.slow
+def test_a_program_with_keys_speaks_as_its_account_and_as_no_other(shell: Shell) -> None:
+    site, endpoint = shell.folder / "site.yaml", free_endpoint("tls/127.0.0.1:0")
+    text = site.read_text(encoding="utf-8").replace("mode: simulation", REAL)
+    secured = f'listen: "{endpoint}", keys: .formiga/my_meadow/keys'
+    site.write_text(text.replace("listen: tcp/127.0.0.1:0", secured), encoding="utf-8")
+    shell.run("access", "ca")
+    page = PAGE.read_text(encoding="utf-8")
+    for command in re.findall(r"^formiga (access (?:add|program) .*)$", page, re.MULTILINE):
+        shell.run(*command.split())
+    shell.run("access", "add", "ann", "--role", "operator")
+    router = shell.start("router")
+    try:
+        engine = shell.up("--speed", "1")
+        _, program = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        program = program.replace("meadow", "my_meadow").replace("tls/engine.example:7447", engine.endpoint)
+
+        def said(text: str) -> Any:
+            (shell.folder / "app.py").write_text(text, encoding="utf-8")
+            words = [sys.executable, "app.py"]
+            done = subprocess.run(words, cwd=shell.folder, capture_output=True, text=True, timeout=60, check=False)
+            return json.loads(done.stdout) if done.stdout else done.stderr
+
+        wait_until(lambda: said(program), what="the program is let in by the router")
+        assert said(program)["code"] == "not_approved", "mode real asks for the approval here too"
+        listing = program.replace("formiga/add_task", "fleet_manager_front/get_mex_list").replace(
+            '"keyword": "Hello", ', ""
+        )
+        assert said(listing) == {"mex": []}
+        assert said(program.replace("svc/shop", "svc/ann")) == "", "another's name: silence"
+        assert said(program.replace("svc/shop/", "")) == "", "and no name"
+        assert "Error" in said(
+            program.replace('"connect_certificate"', '"other"').replace('"connect_private_key"', '"another"')
+        )
+        assert {line["who"] for line in read_audit(shell.folder / ".formiga" / "my_meadow")} == {"shop"}
+    finally:
+        router.terminate()
+        router.communicate(timeout=20)

@@ -247,6 +247,10 @@ ORDERS: dict[str, inp.Input] = {
     **{f"{order} all": inp.Operator(order, "", PERSON) for order in ("hold", "return", "land", "continue")},  # type: ignore[arg-type]
     **{f"lockdown {how}": inp.LockdownOrder(how, PERSON) for how in ("hold", "return", "land", "release")},  # type: ignore[arg-type]
     **{f"abort {how}".strip(): inp.Abort(TASK, how, PERSON) for how in ("", "now", "abandon")},  # type: ignore[arg-type]
+    "assign the machine": inp.Assign(TASK, DRONE, by=PERSON),
+    "unassign the machine": inp.Unassign(DRONE, PERSON),
+    "take the machine out of service": inp.InService(DRONE, "rotor", PERSON),
+    "prioritize the task": inp.Prioritize(TASK, "high", first=True, by=PERSON),
 }  # fmt: skip
 LATER_S = 25.0
 """From the order to the calm, in which it is lifted 40 s later: words of people are old by then."""

@@ -101,6 +101,7 @@ def _why_out(agent: AgentFact) -> str:
     told = {
         f"refused: {agent.refused}": agent.refused,
         f"quarantined: {agent.quarantine}": agent.quarantine,
+        f"out of service: {agent.out}": agent.out,
         "not heard of": agent.liveness != "ALIVE",
         f"under the control of {agent.control}": agent.control not in ("", "engine"),
         f"breaches {agent.breach}": agent.breach,

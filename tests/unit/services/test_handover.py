@@ -17,23 +17,24 @@ def test_all_that_is_open_is_told(service: Service, capsys: pytest.CaptureFixtur
     client = Client(service.host.address)
     empty = handover(client)
     assert (empty.runs, empty.waits, empty.held, empty.questions, empty.orders) == ((), (), (), (), ())
-    ask, heavy = service.submit("Ask"), service.submit("Heavy")  # there is no hwd: it waits
+    service.post("/v1/agents/lwd_1/orders", {"order": "hold"})
+    ask, hello = service.submit("Ask"), service.submit("Hello")  # it waits for the machine on which an order stands
     service.wait(lambda: client.questions().questions)
     note = handover(client)
     assert [one.id for one in note.runs] == [ask]
-    assert [one.id for one in note.waits] == [heavy]
+    assert [one.id for one in note.waits] == [hello]
     assert [one.task for one in note.questions] == [ask]
     service.post("/v1/lockdown", {"how": "hold", "by": "ann"})
     service.wait(lambda: handover(client).lockdown.on)
     note = handover(client)
-    assert {one.id for one in note.held} == {ask, heavy}
+    assert {one.id for one in note.held} == {ask, hello}
     assert (note.runs, note.waits) == ((), ())
     assert note.causes == ("lockdown",)
     assert "lockdown" in [one.code for one in note.alarms]
 
     assert run(["handover", "--url", service.url]) == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in (ask, heavy, "Q1", "watcher_1", "ON DUTY   none"))
+    assert all(word in text for word in (ask, hello, "Q1", "watcher_1", "ON DUTY   none"))
     assert run(["handover", "--url", service.url, "--json"]) == 0
     assert [one["task"] for one in json.loads(capsys.readouterr().out)["questions"]] == [ask]
 
