@@ -566,8 +566,8 @@ class EngineHost:
             return "failed"
         if self._stop.is_set():
             return "stopping"
-        with self.view.reading() as state:
-            deposed = state.counters.get("deposed", 0) > 0
+        # Without the view's lock: the doors' own threads ask, which must not wait for who reads a large page.
+        deposed = self.view.state.counters.get("deposed", 0) > 0
         if deposed or self.draining:
             return "deposed" if deposed else "draining"
         return "overloaded" if self.driver.is_behind else "ok"

@@ -104,6 +104,5 @@ def _name(beside: Path, into: Path, manifest: Manifest) -> None:
     sync_folder(into / FOLDER)
     tops = sorted((beside / SITE).iterdir(), key=lambda one: one.name == manifest.site_file)
     for one in tops:
-        one.chmod(0o755 if one.is_dir() else 0o644)
         one.rename(into / one.name)
     sync_folder(into)

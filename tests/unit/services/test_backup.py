@@ -98,6 +98,15 @@ def test_a_restored_site_passes_over_ids_and_epochs_and_waits_for_a_person(made:
         assert 500 < folder.next_epoch() < 1000 + 4, "agents take a step of up to 1,000"
 
 
+def test_no_file_of_a_restored_site_is_more_open_than_the_umask_says(made: Path, tmp_path: Path) -> None:
+    before = os.umask(0o077)
+    try:
+        restoring.restore(made, tmp_path / "again")
+    finally:
+        os.umask(before)
+    assert [one for one in (tmp_path / "again").rglob("*") if one.stat().st_mode & 0o077] == []
+
+
 def test_sites_of_one_backup_differ_by_when_they_were_made(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -117,6 +117,11 @@ def test_what_is_wrong_is_named_and_only_an_engine_that_does_not_work_is_to_be_s
         assert "a bug" not in json.dumps(told)
 
 
+def test_whoever_reads_a_large_page_makes_nobody_take_the_engine_for_dead(service: Service) -> None:
+    with service.host.view.reading():
+        assert healthz(service)[0] == 200
+
+
 def test_an_engine_that_stands_still_says_for_how_long(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
     driver = service.host.driver
     assert driver.statistics().stands_s < 5
