@@ -20,8 +20,10 @@ from formiga_bt.cli.app import run
 from formiga_bt.cli.author.starts import start
 from formiga_bt.cli.operator.checkup import engine, machine
 from formiga_bt.cli.operator.checkup.finding import Check, Finding, Patient, run_checks, worst
+from formiga_bt.client import Client
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.store import Journal
+from formiga_bt.show.facts import EngineHealth, EngineLoad, LockdownFact
 
 Found = list[dict[str, Any]]
 
@@ -195,6 +197,30 @@ def test_a_check_that_hangs_and_one_with_a_bug_hide_nothing() -> None:
     assert [(one.check, one.finding.level) for one in found] == [("a", "fail"), ("b", "warn"), ("c", "ok")]
     assert worst(found) == "fail"
     released.set()
+
+
+@pytest.mark.parametrize(
+    ("status", "kept", "level"),
+    [
+        ("ok", "ok", "ok"),
+        ("overloaded", "ok", "warn"),
+        ("deposed", "ok", "fail"),
+        ("ok", "slow", "warn"),
+        ("ok", "full", "fail"),
+    ],
+)
+def test_how_the_engine_says_that_it_is(
+    status: str, kept: str, level: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = EngineHealth(
+        status=status, site="meadow", mode="simulation", version="0", epoch=3, pid=1, speed=1.0, endpoint="", at=0, ahead_us=0,
+        steps=1, tasks={}, agents={}, questions=0, lockdown=LockdownFact(on=False), alarms=(), house=(),
+        load=EngineLoad(waiting={}, most_waiting=0, replaced=0, behind_s=0.0), journal=kept,
+    )  # fmt: skip
+    monkeypatch.setattr(Client, "health", lambda _: told)
+    address = EngineAddress("meadow", os.getpid(), 3, "http://127.0.0.1:1", "", folder=str(tmp_path))
+    found = run_checks([Check("engine", "the engine", engine.health)], replace(PATIENT, engine=address))
+    assert worst(found) == level
 
 
 def test_an_engine_that_says_nothing_is_told_in_time() -> None:

@@ -100,7 +100,9 @@ def health(patient: Patient) -> Iterator[Finding]:
     text = f"it is {told.status}, start {told.epoch}" + (f": {told.text}" if told.text else "")
     yield Finding(STATUS.get(told.status, "fail"), text, where)
     if told.journal != "ok":
-        yield Finding("fail", f"its journal is {told.journal}", where, "docs/journal.md: Full, Gone")
+        level: Level = "warn" if told.journal == "slow" else "fail"
+        fix = "make room, or bring its disk or server back; nothing need be started anew (docs/journal.md: Full, Gone)"
+        yield Finding(level, f"its journal is {told.journal}", where, fix)
     for one in told.house:
         yield Finding("warn", f"{one.text} ({one.code})", where)
     if told.lockdown.on:

@@ -30,7 +30,7 @@ def journal(patient: Patient) -> Iterator[Finding]:
         found = Journal(where, folder.name, read_only=True)
     except JournalError as error:
         text, _, fix = str(error).partition("\n  help: ")
-        yield Finding("fail", text, where, fix)
+        yield Finding("fail", text, where, fix or "look whether its server runs, and lets this user in")
         return
     with found:
         starts, damage = found.starts(), found.damage()
