@@ -91,7 +91,10 @@ class Run:
         match step.input:
             case inp.GoalEventInput(event) if event.state in TERMINAL:
                 self.tell(f"  {event.agent}: {event.goal_id} {event.state} {event.code} {event.result or ''}".rstrip())
-            case inp.Operator() | inp.LockdownOrder() | inp.Abort():
+            case (
+                inp.Operator() | inp.LockdownOrder() | inp.Abort() | inp.Assign() | inp.Unassign() | inp.InService()
+                | inp.Prioritize()
+            ):  # fmt: skip
                 self.tell(f"ORDER {step.input} -> {step.reply}")
             case inp.AgentGoneInput(agent):
                 self.tell(f"  {agent} is gone")
@@ -165,6 +168,14 @@ class Run:
                 self.order(inp.Operator("clear", agent, PERSON))
             case "lockdown":
                 self.order(inp.LockdownOrder(deed.how, PERSON))  # type: ignore[arg-type]
+            case "assign" if task := self._target(deed.how):
+                self.order(inp.Assign(task, agent, by=PERSON))
+            case "unassign":
+                self.order(inp.Unassign(agent, PERSON))
+            case "out" | "in":
+                self.order(inp.InService(agent, "rotor" if deed.what == "out" else "", PERSON))
+            case "prioritize" if task := self._target("#0"):
+                self.order(inp.Prioritize(task, deed.how, deed.how != "high", PERSON))  # type: ignore[arg-type]
             case "abort" if target:
                 self.order(inp.Abort(target, deed.how, PERSON))  # type: ignore[arg-type]
             case "pilot":
@@ -242,6 +253,8 @@ class Run:
         self._mend()
         world.run_for(40)
         self.order(inp.LockdownOrder("release", PERSON))
+        for agent in self.drones:
+            self.order(inp.InService(agent, "", PERSON))
         self._go_on()
         if not self._until_ended(self.abort_after_s):
             for round_ in range(4):

@@ -46,6 +46,9 @@ WILD = 200_000
 UNSURE = 300_000
 """From this seed on drones do not always know whether they stand; as much else happens as below `HARD`."""
 
+BY_HAND = 400_000
+"""From this seed on persons give and take agents by hand, too; drones know whether they stand."""
+
 STOPS = ("hold", "return", "land", "cut")
 
 
@@ -198,7 +201,9 @@ def _deeds(dice: Random, seed: int, drones: Sequence[str], lasts: float) -> list
         near = found and dice.random() < 0.35
         at = max(0.0, dice.choice(found).at + dice.uniform(-1.5, 1.5)) if near else dice.uniform(3.0, lasts)
         found += _deed(dice, round(at, 3), drones)
-    if seed >= UNSURE:
+    if seed >= BY_HAND:
+        found += _by_hand(Random(f"by hand/{seed}"), drones, lasts)
+    elif seed >= UNSURE:
         unsure = Random(f"unsure/{seed}")
         for _ in range(unsure.choice((1, 2, 4))):
             at, drone = round(unsure.uniform(1.0, lasts), 3), unsure.choice(drones)
@@ -210,6 +215,15 @@ def _deeds(dice: Random, seed: int, drones: Sequence[str], lasts: float) -> list
         until = round(at + dice.choice((5.0, 40.0, 120.0)), 3)
         word, end = dice.choice((("freeze", "thaw"), ("kill", "restart_process")))
         found += [Deed(at, word, person), Deed(until, end, person)]
+    return found
+
+
+def _by_hand(dice: Random, drones: Sequence[str], lasts: float) -> list[Deed]:
+    found = []
+    for _ in range(dice.choice((4, 8, 16))):
+        at, agent, task = round(dice.uniform(1.0, lasts), 3), dice.choice(drones), f"#{dice.randrange(4)}"
+        kind = dice.choice(("assign", "assign", "unassign", "unassign", "out", "in", "prioritize"))
+        found.append(Deed(at, kind, agent, dice.choice(("low", "medium", "high")) if kind == "prioritize" else task))
     return found
 
 

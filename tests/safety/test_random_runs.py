@@ -5,9 +5,13 @@ import pytest
 from tests.safety.runs import run
 from tests.shares import in_ci
 
-FIRSTS, EACH = (*range(0, 200, 8), *range(200_000, 200_040, 8), *range(300_000, 300_040, 8)), 8
-"""Missions as they are written, trees that are drawn (200,000), and drones that are unsure whether they stand (300,000)."""
-FEW = (0, 64, 200_000, 300_000)
+FIRSTS, EACH = (
+    (*range(0, 200, 8), *(one for part in (2, 3, 4) for one in range(part * 100_000, part * 100_000 + 40, 8))),
+    8,
+)
+"""Missions as they are written, trees that are drawn (200,000), drones that are unsure whether they stand (300,000), and persons
+who give and take machines by hand (400,000)."""
+FEW = (0, 64, 200_000, 300_000, 400_000)
 """Played in each run of the tests, beside the seeds that show planted bugs (`test_planted_bugs.py`). All are played in CI, more
 by `benchmarks/soak_safety.py`."""
 FOUND = (269, 378, 381, 403, 441, 514, 577, 613, 683, 734, 746, 991, 1024, 1026, 100_015, 100_030, 100_037)
