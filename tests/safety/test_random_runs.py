@@ -9,8 +9,8 @@ FIRSTS, EACH = (
     (*range(0, 200, 8), *(one for part in (2, 3, 4) for one in range(part * 100_000, part * 100_000 + 40, 8))),
     8,
 )
-"""Missions as they are written, trees that are drawn (200,000), drones that are unsure whether they stand (300,000), and persons
-who give and take machines by hand (400,000)."""
+"""Missions as they are written, trees that are drawn (200,000), drones that are unsure whether they stand (300,000), and
+persons who give and take machines by hand (400,000)."""
 FEW = (0, 64, 200_000, 300_000, 400_000)
 """Played in each run of the tests, beside the seeds that show planted bugs (`test_planted_bugs.py`). All are played in CI, more
 by `benchmarks/soak_safety.py`."""
