@@ -181,12 +181,14 @@ class TestHeightFile:
         assert other is not None
         assert other.digest != before
 
-    def test_binary_data_is_refused_in_words(self, tmp_path: Path, wording: Wording) -> None:
+    def test_a_file_that_is_much_too_large_is_not_read(self, tmp_path: Path) -> None:
         self.site(tmp_path)
-        (tmp_path / "hill.asc").write_bytes(b"II*\x00\xff\xfe")
-        _, problems, _ = load_site(tmp_path / "site.yaml")
+        with (tmp_path / "hill.asc").open("wb") as file:
+            file.truncate(100_000_001)  # a hole, which takes no room on the disk
+        _, (problem,), _ = load_site(tmp_path / "site.yaml")
 
-        wording([d.message for d in problems])
+        assert problem.code == "E086"
+        assert "100 MB" in problem.message
 
 
 class TestTasksOnASite:
