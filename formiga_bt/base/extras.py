@@ -14,7 +14,7 @@ from typing import Final, Literal
 from formiga_bt.base.errors import UnusableFile
 
 DISTRIBUTION: Final = "formiga-bt"
-Extra = Literal["lsp", "mcp", "llm", "local-llm", "postgres", "parquet", "charts"]
+Extra = Literal["lsp", "mcp", "llm", "local-llm", "postgres", "parquet", "charts", "news"]
 """Those of pyproject.toml that somebody who uses formiga_bt may lack."""
 
 

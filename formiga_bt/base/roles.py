@@ -54,6 +54,7 @@ class Deed(StrEnum):
     LOAD = "load tasks into an engine in mode real"
     FLEET = "add and remove machines, save and load fleets"
     CATALOGUE = "take over actions that agents announce"
+    NEWS = "send a test of the news"
     ENGINE = "drain and stop the engine"
 
 
@@ -90,7 +91,8 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
         | _AGENT
         | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.ACKNOWLEDGE, Deed.HANDBACK, Deed.DUTY, Deed.OUT},
         Role.APPROVER: _VIEWER | {Deed.APPROVE},
-        Role.ADMIN: _VIEWER | {Deed.LOCKDOWN, Deed.LOAD_SIMULATED, Deed.LOAD, Deed.FLEET, Deed.CATALOGUE, Deed.ENGINE},
+        Role.ADMIN: _VIEWER
+        | {Deed.LOCKDOWN, Deed.LOAD_SIMULATED, Deed.LOAD, Deed.FLEET, Deed.CATALOGUE, Deed.NEWS, Deed.ENGINE},
     }
 )
 """What each role may do. An approver is not an admin by that, nor the reverse."""

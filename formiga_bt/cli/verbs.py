@@ -83,6 +83,7 @@ _TABLE = (
     Verb("log", "operator.log", "Export the flight log."),
     Verb("inbox", "operator.inbox", "List the questions that wait for a person."),
     Verb("alarms", "operator.alarms", "List alarms; acknowledge one: you take care of it."),
+    Verb("news", "operator.news", "List the channels of the site's news; test one."),
     Verb("handover", "operator.handover", "Print what the next shift must know, on one page."),
     Verb("rules", "operator.rules", "List standing rules; start or dismiss what waits."),
     Verb("files", "operator.files", "List or fetch the files that agents named for a task."),

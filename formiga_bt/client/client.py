@@ -224,6 +224,19 @@ class Client(Calls):
         """Say that somebody takes care of an alarm; return what happened."""
         return self._said(f"/v1/alarms/{segment(alarm)}/ack", {"by": by, "note": note})
 
+    def news(self) -> "f.ChannelList":
+        """Return the channels of the site's news."""
+        from formiga_bt.show.facts import ChannelList
+
+        return self.get(ChannelList, "/v1/news")
+
+    def test_news(self, channel: str) -> "f.ChannelTried":
+        """Send a test message to a channel of the site's news; return what came back."""
+        text = self.send(f"/v1/news/{segment(channel)}/test", {})
+        from formiga_bt.show.facts import ChannelTried
+
+        return self._decoded(ChannelTried, text)
+
     def library(self) -> "f.LibraryList":
         """Return the tasks that can be requested."""
         from formiga_bt.show.facts import LibraryList

@@ -97,6 +97,7 @@ _TYPE: Final = Option("type", "name", "The type.")
 _LIST_TYPE: Final = OptionMapping("list type", (Option("list", "name", "The type of its items: the value is a list."),))
 """What may stand in place of a type's name: `{list: place}`."""
 
+_SECRET: Final = OptionMapping("secret", site.SECRET)
 _RULES: Final = FreeMapping("rules", OptionMapping("rule", RULE))
 _RECORDS: Final = FreeMapping("records", FreeMapping("record", OptionMapping("record field", RECORD_FIELD)))
 _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
@@ -126,6 +127,10 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("site", "pilots"): OptionMapping("pilot", site.PILOT),
         ("site", "agents"): FreeMapping("site agents", OptionMapping("site agent", site.AGENT)),
         ("site", "rules"): _RULES,
+        ("site", "news"): FreeMapping("news", OptionMapping("channel", site.CHANNEL)),
+        ("channel", "webhook"): OptionMapping("webhook", site.WEBHOOK),
+        ("webhook", "url"): _SECRET,
+        ("webhook", "secret"): _SECRET,
         ("rules", "rules"): _RULES,
         ("port", "at"): _PLACE,
         ("port", "waiting"): _PLACE,

@@ -282,6 +282,7 @@ class _Maker:
             "ports": _map(self._object(site.PORT)),
             "resources": _map({"anyOf": [self._object(site.RESOURCE), {"type": "null"}]}),
             "rules": _map(self._rule()),
+            "news": _map(self._channel()),
             "terrain": self._object(site.TERRAIN),
             "agents": _map(agent),
             "pilots": {"type": "array", "items": self._object(site.PILOT)},
@@ -289,6 +290,15 @@ class _Maker:
         }
         for name, one in closer.items():
             keys[name] = {"description": keys[name]["description"], **one}
+        return schema
+
+    def _channel(self) -> Schema:
+        schema, webhook = self._object(site.CHANNEL), self._object(site.WEBHOOK)
+        for key in ("url", "secret"):
+            told = webhook["properties"][key]["description"]
+            webhook["properties"][key] = {"description": told, **self._object(site.SECRET)}
+        told = schema["properties"]["webhook"]["description"]
+        schema["properties"]["webhook"] = {"description": told, **webhook}
         return schema
 
     def _rule(self) -> Schema:

@@ -264,6 +264,8 @@ class Engine:
                     self.lockdowns.order(inp.LockdownOrder("hold", by=RESTORE))
             case inp.HouseState():
                 self.alarms.look_at_house(given)
+            case inp.NewsDelivered(marks):
+                self.core.emit(ch.NewsMarksPut(marks))
             case inp.Behind():
                 note_behind(self.core, given)
             case inp.Outage():
@@ -319,6 +321,8 @@ class Engine:
                 self.orders.on_deadline(agent)
             case tm.ClearanceDue() | tm.ClearanceAgain():
                 self.clearances.on_deadline(due)
+            case tm.AlarmDue():
+                self.alarms.on_deadline(due)
             case tm.RuleDue():
                 self.rules.on_deadline(due)
             case _:

@@ -122,6 +122,8 @@ def _forget_steps(journal: Journal, last: int) -> int:
             if not seqs:
                 return removed
             connection.execute(sa.delete(schema.steps).where(table.site == journal.number, table.seq <= seqs[-1]))
+            told = schema.news.c
+            connection.execute(sa.delete(schema.news).where(told.site == journal.number, told.seq <= seqs[-1]))
             connection.execute(sa.delete(schema.step_tasks).where(index.site == journal.number, index.seq <= seqs[-1]))
             removed += len(seqs)
 

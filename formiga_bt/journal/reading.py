@@ -6,6 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final
 
+import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection
 from sqlalchemy.exc import SQLAlchemyError
@@ -16,6 +17,7 @@ from formiga_bt.engine.kernel.inputs import EngineStep
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import CHECK_BYTES, Database, Durability, mapped, read_url, told
+from formiga_bt.journal.outbox import NewsItem
 from formiga_bt.journal.records import BundleRow, Gap, KeptStep, Start
 from formiga_bt.journal.thin import TrackPoint, unpack
 
@@ -172,6 +174,26 @@ class Readable:
             if len(rows) < PAGE:
                 return
             after = rows[-1].seq
+
+    def news(self, after: int, *, urgent: bool, most: int) -> list[NewsItem]:
+        """Return the oldest news of steps after one: those that are urgent, or those that are not.
+
+        Args:
+            after: `seq` of a step.
+            urgent: which.
+            most: so many, and the rest of the last step.
+
+        Raises:
+            JournalError: the journal cannot be read.
+        """
+        at = schema.news.c
+        query = sa.select(at.seq, at.blob).where(at.site == self.number, at.urgent == urgent).order_by(at.seq, at.n)
+        with self._reading() as connection:
+            rows = list(connection.execute(query.where(at.seq > after).limit(most)))
+            if len(rows) == most:
+                last = rows[-1].seq
+                rows = [row for row in rows if row.seq < last] + list(connection.execute(query.where(at.seq == last)))
+        return [msgspec.json.decode(row.blob, type=NewsItem) for row in rows]
 
     def _decode(self, blob: bytes, seq: int) -> EngineStep:
         self._know(blob)

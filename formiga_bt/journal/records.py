@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.inputs import EngineStep
+from formiga_bt.journal.outbox import NewsItem
 
 
 class StepRow(Struct, frozen=True):
@@ -17,6 +18,8 @@ class StepRow(Struct, frozen=True):
     kind: str
     tasks: tuple[str, ...]
     blob: bytes
+    news: tuple[NewsItem, ...] = ()
+    """For the outbox."""
 
 
 class KeptStep(Struct, frozen=True):

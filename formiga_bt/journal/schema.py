@@ -71,6 +71,16 @@ snapshots: Final = sa.Table(
     sa.Column("blob", sa.LargeBinary, nullable=False),
     sa.Index("formiga_snapshots_at", "site", "at_us"),
 )  # fmt: skip
+news: Final = sa.Table(
+    "formiga_news", tables,
+    sa.Column("site", sa.Integer, primary_key=True),
+    sa.Column("seq", _big, primary_key=True),
+    sa.Column("n", sa.Integer, primary_key=True),
+    sa.Column("urgent", sa.Boolean, nullable=False),
+    sa.Column("blob", sa.LargeBinary, nullable=False),
+    sqlite_with_rowid=False,
+)  # fmt: skip
+"""The outbox: `NewsItem`s as JSON, of steps that may be there no more."""
 telemetry: Final = sa.Table(
     "formiga_telemetry", tables,
     sa.Column("site", sa.Integer, primary_key=True),
@@ -117,15 +127,19 @@ words: Final = sa.Table(
 )  # fmt: skip
 """Dictionaries of the codec. `version`: of formiga, empty for one that no site taught."""
 
-OF_A_SITE: Final = (steps, step_tasks, snapshots, telemetry, bundles, starts, gaps)
+OF_A_SITE: Final = (steps, step_tasks, news, snapshots, telemetry, bundles, starts, gaps)
 
 
 def _first(connection: Connection) -> None:
     tables.create_all(connection)
 
 
+def _with_news(connection: Connection) -> None:
+    news.create(connection, checkfirst=True)
+
+
 Migration = Callable[[Connection], None]
-MIGRATIONS: Final[tuple[Migration, ...]] = (_first,)
+MIGRATIONS: Final[tuple[Migration, ...]] = (_first, _with_news)
 
 
 def version(connection: Connection) -> int:

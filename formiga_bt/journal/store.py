@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final
 
+import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection
 from sqlalchemy.exc import SQLAlchemyError
@@ -27,6 +28,7 @@ from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.files import Identity
+from formiga_bt.journal.outbox import NewsItem
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, KeptStep, Start, StepRow
 from formiga_bt.journal.thin import Block, pack
@@ -239,6 +241,9 @@ class Journal(Readable):
         try:
             if rows:
                 self._hot.steps.run(connection, *(self._step_row(row) for row in rows))
+                told = [self._news_row(item) for row in rows for item in row.news]
+                if told:
+                    self._hot.news.run(connection, *told)
                 touched = [{"site": self.number, "task": task, "seq": row.seq} for row in rows for task in row.tasks]
                 if touched:
                     self._hot.step_tasks.run(connection, *touched)
@@ -253,6 +258,10 @@ class Journal(Readable):
         return {
             "site": self.number, "seq": row.seq, "at_us": row.at, "wall_us": row.wall, "kind": row.kind, "blob": row.blob,
         }  # fmt: skip
+
+    def _news_row(self, item: NewsItem) -> dict[str, Any]:
+        blob = msgspec.json.encode(item)
+        return {"site": self.number, "seq": item.seq, "n": item.n, "urgent": item.urgent, "blob": blob}
 
     def _block_row(self, block: Block) -> dict[str, Any]:
         first, last = block.points[0], block.points[-1]
@@ -393,6 +402,7 @@ class _Hot:
         self.still_mine = Prepared(held.values(seq=sites.c.seq), database.engine)
         self.steps = Prepared(sa.insert(schema.steps).inline(), database.engine)
         self.step_tasks = Prepared(sa.insert(schema.step_tasks).inline(), database.engine)
+        self.news = Prepared(sa.insert(schema.news).inline(), database.engine)
         self.telemetry = Prepared(sa.insert(schema.telemetry).inline(), database.engine)
 
 

@@ -18,6 +18,7 @@ from formiga_bt.engine.kernel.inputs import EngineStep, JournalState
 from formiga_bt.engine.kernel.records import holder_of
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.restart.resume import copy_of
+from formiga_bt.journal.outbox import news_of
 from formiga_bt.journal.past import without_ended
 from formiga_bt.journal.snapshotter import SNAPSHOT_STEPS, Cadence, Item, Shadow
 from formiga_bt.journal.store import Gap, Gone, Journal, Overtaken, StepRow, Unwritable
@@ -52,6 +53,7 @@ class Writer:
         snapshot_steps: a snapshot after so many.
         backlog_bytes: so much waits in memory.
         beside: write snapshots in a thread of its own, so that the engine does not wait for them.
+        outbox: keep the news of steps, too, for who delivers them.
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class Writer:
         snapshot_steps: int = SNAPSHOT_STEPS,
         backlog_bytes: int = BACKLOG_BYTES,
         beside: bool = False,
+        outbox: bool = False,
     ) -> None:
         self.journal = journal
         self.kept = 0
@@ -86,6 +89,7 @@ class Writer:
         self._backlog_bytes = backlog_bytes
         self._cadence = Cadence(snapshot_steps)
         self._beside = beside
+        self._outbox = outbox
         self._shadow: Shadow | None = None
         self._fresh: EngineState | None = None
         """For the shadow, once it is on disk."""
@@ -217,7 +221,17 @@ class Writer:
         if not self.journal.is_taught:
             self._lesson.append(step)
         blob = self.journal.codec.encode(step)
-        self._rows.append(StepRow(step.seq, step.at, wall, kind_of(step.input), tasks_of(step), blob))
+        self._rows.append(
+            StepRow(
+                step.seq,
+                step.at,
+                wall,
+                kind_of(step.input),
+                tasks_of(step),
+                blob,
+                news_of(step) if self._outbox else (),
+            )
+        )
         self._rows_bytes += len(blob)
         if self._beside:
             self._items.append(step)

@@ -30,8 +30,9 @@ _NOT_OF_SITE: Final = (
     "covered",
     "rules",
     "rules_digest",
+    "news",
 )
-"""Of a site: who is there, who may do what, and how they are reached."""
+"""Of a site: who is there, who may do what, how they are reached, and who is told."""
 
 
 def covered_by_task(task: Task, texts: Iterable[str], catalogue: Catalogue) -> str:

@@ -55,6 +55,7 @@ from formiga_bt.services.kept.recalling import Recall
 from formiga_bt.services.kept.resuming import Comeback, Pulse
 from formiga_bt.services.listening import make_wires
 from formiga_bt.services.loading import Loading, served_again
+from formiga_bt.services.news.desk import NewsDesk
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.order_taker import PersonalOrders
 from formiga_bt.services.orders import ServiceOrders
@@ -146,6 +147,7 @@ class EngineHost:
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
         self._wires: list[AgentTransport] = make_wires(site, listen, keys) if wires is None else list(wires)
+        self._beside = beside
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
@@ -155,7 +157,9 @@ class EngineHost:
             if isinstance(wire, CarriesFiles):
                 wire.keep_files(self.attachments)
         self.proofs = Proofs(self._folder.path, site)
-        self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
+        self.journaling = Journaling(
+            self._folder, site.name, journal, self._keep, start_anew=start_anew, outbox=bool(site.news)
+        )
         self._texts = dict(texts or {})
         self._failpoint = failpoint
         self._servers: list[server.HttpServer] = []
@@ -219,6 +223,12 @@ class EngineHost:
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
         fails = self._failpoint
+        history = self.journaling.journal
+        self.news = NewsDesk(
+            self.site, self._beside, engine_id=self._engine_id, began=state.seq, marks=state.news,
+            read=None if history is None else lambda seq, urgent, most: history.news(seq, urgent=urgent, most=most),
+            note=lambda given: self.driver.post(given), now=lambda: self.driver.now(),
+        )  # fmt: skip
         once = [OneEach(wire, self._desk_types) for wire in self._wires]
         wires: list[AgentTransport] = [self._desk, *once]
         self.driver = RealtimeDriver(
@@ -228,7 +238,8 @@ class EngineHost:
             epoch=self.epoch,
             engine_id=self._engine_id,
             listeners=[
-                self.view.feed_step, flights.feed_step, *([back.blame.take] if back is not None else []), *self._listeners,
+                self.view.feed_step, flights.feed_step, self.news.feed_step,
+                *([back.blame.take] if back is not None else []), *self._listeners,
             ],
             persist=self.journaling if fails is None else fails.persist(self.journaling, lambda: engine.state),
             first=self._first(back, engine) if back is not None else None,
@@ -283,6 +294,7 @@ class EngineHost:
                 machine_clock_check(self.driver.clock),
                 self._set_aside,
                 self.proofs.troubles,
+                self.news.troubles,
                 *(wire.troubles for wire in once),
                 self._wire_troubles,
             ],
@@ -290,7 +302,9 @@ class EngineHost:
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
+        self._opened.append(self.news.stop)  # before the driver, which takes how far the channels have come
         self.driver.start()
+        self.news.start()
         self.pulse = Pulse(
             self._folder.path,
             self.driver.now,

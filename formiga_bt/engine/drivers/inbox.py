@@ -47,7 +47,7 @@ def lane_of(given: inp.Input, is_high: Callable[[str], bool] = lambda _: False) 
             return URGENT_HIGH if is_high(event.goal_id.partition("/")[0]) else URGENT
         case inp.Submit(_, _, "high"):
             return HIGH
-        case inp.Submit() | inp.Serve() | inp.AgentSeenInput() | inp.AgentGoneInput():
+        case inp.Submit() | inp.Serve() | inp.AgentSeenInput() | inp.AgentGoneInput() | inp.NewsDelivered():
             return NORMAL  # coming and going in one lane: who came and went is gone
         case inp.Abort() | inp.Operator() | inp.LockdownOrder() | inp.Started():
             return ORDERS

@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.alarm_records import AlarmRecord
+from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.engine.kernel.records import (
     AgentEventRecord,
     AgentRecord,
@@ -265,9 +266,10 @@ class RuleWatchPut(Struct, frozen=True, tag=True):
 
 
 class AlarmPut(Struct, frozen=True, tag=True):
-    """An alarm's record is now this."""
+    """An alarm's record is now this; the last `new` turns of its history came with this change."""
 
     alarm: AlarmRecord
+    new: int = 0
 
 
 class AlarmDrop(Struct, frozen=True, tag=True):
@@ -276,9 +278,16 @@ class AlarmDrop(Struct, frozen=True, tag=True):
     alarm: str
 
 
+class NewsMarksPut(Struct, frozen=True, tag=True):
+    """The channels of the site's news have come so far; a channel that is not among them is no more."""
+
+    marks: dict[str, NewsMark]
+
+
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
     | WakesPut | MemberPut | DiscoveredPut | RulePut | RuleWatchPut | AlarmPut | AlarmDrop
+    | NewsMarksPut
 )  # fmt: skip

@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.changes import Change
+from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.engine.kernel.records import Priority
 from formiga_bt.engine.kernel.replies import Reply
 from formiga_bt.engine.kernel.rule_records import RuleCause
@@ -350,6 +351,12 @@ class JournalState(Struct, frozen=True, tag=True):
     """Why, and what to do."""
 
 
+class NewsDelivered(Struct, frozen=True, tag=True):
+    """How far each channel of the site's news has come; given by who delivers them, at most once a second."""
+
+    marks: dict[str, NewsMark]
+
+
 class Trouble(Struct, frozen=True):
     """Something that is wrong with the engine's own house. The same code and subject is the same trouble, whatever its text."""
 
@@ -382,7 +389,7 @@ Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AddAgent | RemoveAgent | Learn | AgentSeenInput
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
-    | RuleOrder | Assign | Unassign | Prioritize | InService | AcknowledgeAlarm | HouseState
+    | RuleOrder | Assign | Unassign | Prioritize | InService | AcknowledgeAlarm | HouseState | NewsDelivered
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.alarm_records import AlarmRecord
 from formiga_bt.engine.kernel.inputs import EngineStep
+from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.engine.kernel.records import (
     AgentEventRecord,
     AgentRecord,
@@ -88,6 +89,8 @@ class EngineState(Struct):
     """rule -> agent -> what it has seen of it"""
     alarms: dict[str, AlarmRecord] = field(default_factory=dict)
     """id -> alarm, in the order of raising: all that are open, and the newest that are cleared"""
+    news: dict[str, NewsMark] = field(default_factory=dict)
+    """channel of the site's news -> how far it has come"""
 
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
@@ -190,6 +193,10 @@ def _alarm(state: EngineState, _: Blackboard, change: ch.AlarmPut) -> None:
 
 def _alarm_drop(state: EngineState, _: Blackboard, change: ch.AlarmDrop) -> None:
     state.alarms.pop(change.alarm, None)
+
+
+def _news_marks(state: EngineState, _: Blackboard, change: ch.NewsMarksPut) -> None:
+    state.news = dict(change.marks)
 
 
 def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> None:
@@ -353,6 +360,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.RuleWatchPut: _rule_watch,
         ch.AlarmPut: _alarm,
         ch.AlarmDrop: _alarm_drop,
+        ch.NewsMarksPut: _news_marks,
     }
 )
 """How each kind of change is applied."""

@@ -111,9 +111,16 @@ class RuleDue(Struct, frozen=True, tag="rule", array_like=True):
     agent: str
 
 
+class AlarmDue(Struct, frozen=True, tag="alarm", array_like=True):
+    """An alarm that nobody acknowledged goes to the next channel of the site's news."""
+
+    alarm: str
+    channel: str
+
+
 Timer = (
     NodeDue | TaskDue | HopelessDue | AllocationDue | TurnDue | HomeOverdue | HomeAgain | WayDue | AsideDue | PortDue
-    | EscalationDue | StrayDue | OrderDue | ClearanceDue | ClearanceAgain | RuleDue
+    | EscalationDue | StrayDue | OrderDue | ClearanceDue | ClearanceAgain | RuleDue | AlarmDue
 )  # fmt: skip
 """An engine-time timer."""
 

@@ -19,9 +19,12 @@ from formiga_bt.engine.kernel.journal_levels import JOURNAL, LEVELS
 from formiga_bt.engine.kernel.overload import LATE
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import AlarmDue
 
 MOST: Final = 500
 """So many alarms are kept; of more the oldest that is cleared goes, else the oldest that is acknowledged, else the oldest."""
+MOST_TEXT: Final = 2000
+"""Letters of an alarm's text: what it says may come from an agent."""
 KEPT_CLEARED: Final = 100
 """So many that are cleared are kept; the journal has the others."""
 
@@ -91,9 +94,16 @@ class Alarms:
             raise TaskError("already_acknowledged", f"{alarm.owner or 'somebody'} takes care of {alarm.id} already")
         now = self._core.now
         alarm = alarm.turned(AlarmTurn(now, "acknowledged", given.by, given.note))
-        if not alarm.lasts and not alarm.about:
+        is_over = not alarm.lasts and not alarm.about
+        if is_over:
             alarm = alarm.turned(AlarmTurn(now, "cleared", given.by))
-        self._put(alarm)
+        self._put(alarm, new=2 if is_over else 1)
+
+    def on_deadline(self, due: AlarmDue) -> None:
+        """Escalate an alarm that nobody has acknowledged in time."""
+        alarm = self._core.state.alarms.get(due.alarm)
+        if alarm is not None and alarm.state == "raised":
+            self._put(alarm.turned(AlarmTurn(self._core.now, "escalated", to=due.channel)), new=1)
 
     def look_at_house(self, given: inp.HouseState) -> None:
         """Take what is wrong with the engine's own house now: what is new is raised, what is over is cleared."""
@@ -165,24 +175,29 @@ class Alarms:
         known = self._open.get(key)
         if known is not None:
             old = core.state.alarms[known]
-            self._put(replace(old, text=effect.text, times=old.times + 1, at=now))
+            self._put(replace(old, text=effect.text[:MOST_TEXT], times=old.times + 1, at=now))
             return
         agent = core.state.agents.get(effect.agent)
-        self._put(
-            AlarmRecord(
-                id=f"A{core.count('alarm')}", code=effect.code, severity=severity_of(effect.code), text=effect.text,
-                task=effect.task, agent=effect.agent, human=agent is not None and agent.human, about=effect.about,
-                raised_at=now, at=now, history=(AlarmTurn(now, "raised"),),
-            )
+        alarm = AlarmRecord(
+            id=f"A{core.count('alarm')}", code=effect.code, severity=severity_of(effect.code), text=effect.text[:MOST_TEXT],
+            task=effect.task, agent=effect.agent, human=agent is not None and agent.human, about=effect.about,
+            raised_at=now, at=now, history=(AlarmTurn(now, "raised"),),
         )  # fmt: skip
+        self._put(alarm, new=1)
+        for channel in core.site.news.values():
+            after = channel.unacknowledged_us
+            if after is not None and channel.takes("alarms", alarm.severity, alarm.task):
+                core.set_deadline(AlarmDue(alarm.id, channel.name), now + after)
         self._make_room()
 
     def _clear(self, alarm: AlarmRecord) -> None:
-        self._put(alarm.turned(AlarmTurn(self._core.now, "cleared")))
+        self._put(alarm.turned(AlarmTurn(self._core.now, "cleared")), new=1)
 
-    def _put(self, alarm: AlarmRecord) -> None:
-        self._core.emit(ch.AlarmPut(alarm))
+    def _put(self, alarm: AlarmRecord, new: int = 0) -> None:
+        self._core.emit(ch.AlarmPut(alarm, new))
         self._index(alarm)
+        if alarm.state != "raised":
+            self._forget_deadlines(alarm.id)
         if not alarm.is_open:
             self._make_room()
 
@@ -207,6 +222,10 @@ class Alarms:
             if not mine:
                 del self._of_agent[alarm.agent]
 
+    def _forget_deadlines(self, alarm_id: str) -> None:
+        for name in self._core.site.news:
+            self._core.clear_deadline(AlarmDue(alarm_id, name))
+
     def _make_room(self) -> None:
         alarms = self._core.state.alarms
         cleared = [alarm for alarm in alarms.values() if not alarm.is_open]
@@ -217,3 +236,4 @@ class Alarms:
             oldest = min(alarms.values(), key=lambda alarm: ranks.index(alarm.state))
             self._core.emit(ch.AlarmDrop(oldest.id))
             self._forget(oldest)
+            self._forget_deadlines(oldest.id)

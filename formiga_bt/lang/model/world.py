@@ -12,6 +12,7 @@ from formiga_bt.base.geo import Place
 from formiga_bt.base.machines import Mobility
 from formiga_bt.base.routes import Routes
 from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.model.news import Channel
 from formiga_bt.lang.model.rules import Rule
 from formiga_bt.lang.model.steps import Subtree
 from formiga_bt.lang.types import Type
@@ -247,6 +248,8 @@ class Site(Struct, frozen=True):
     """Wire -> guarantees of mode real that the site does without."""
     rules: Mapping[str, Rule] = field(default_factory=dict)
     """Its standing rules, of the site file and of `rules/` beside it."""
+    news: Mapping[str, Channel] = field(default_factory=dict)
+    """Channels of its news, by name."""
     rules_digest: str = ""
     """SHA-256 (hex) over what the rules say; "" = there are none."""
     mode: Literal["simulation", "real"] = "simulation"

@@ -11,11 +11,26 @@ from formiga_bt.base.diagnostics import Diagnostic, in_order
 from formiga_bt.lang.files import read_file
 from formiga_bt.lang.keyed import read_root, text_of
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, BASE, PILOT, PORT, RESOURCE, SITE, TERRAIN
+from formiga_bt.lang.site.keys import (
+    AGENT,
+    APPROVERS,
+    BASE,
+    CHANNEL,
+    PILOT,
+    PORT,
+    RESOURCE,
+    SECRET,
+    SITE,
+    TERRAIN,
+    WEBHOOK,
+)
 from formiga_bt.lang.site.reader import SiteReader
 from formiga_bt.lang.text.reading import Problems
 
-__all__ = ["AGENT", "APPROVERS", "BASE", "PILOT", "PORT", "RESOURCE", "SITE", "TERRAIN", "load_site", "load_site_text"]
+__all__ = [
+    "AGENT", "APPROVERS", "BASE", "CHANNEL", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN", "WEBHOOK", "load_site",
+    "load_site_text",
+]  # fmt: skip
 
 
 def load_site(path: Path, catalogue: Catalogue | None = None) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:

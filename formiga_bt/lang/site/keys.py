@@ -3,6 +3,7 @@
 from typing import Final
 
 from formiga_bt.base.routes import EDGE_WIDTH_M
+from formiga_bt.base.severities import SEVERITIES
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model.world import RESUME_HOLD_AFTER_US
 
@@ -56,6 +57,9 @@ SITE: Final = (
     Option("people", "map", "Site roles and the people who have them."),
     Option("agents", "map", "The agents: {type, home, at}."),
     Option("rules", "map", "Standing rules: {on, of, for, request, with, priority, at_most}."),
+    Option(
+        "news", "map", "Who is told what that happens: {webhook, what, severity, tasks, quiet, unacknowledged, text}."
+    ),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("accept_missing", "map", "What mode real does without: wire -> guarantees that it lacks."),
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
@@ -99,6 +103,28 @@ TERRAIN: Final = (
 PILOT: Final = (
     Option("id", "name", "The pilot.", required=True),
     Option("max_airborne", "value", "Machines in the air at once (1).", type="int", least=1, default=1),
+)
+CHANNEL: Final = (
+    Option("webhook", "options", "A POST to a URL: {url, secret, private}."),
+    Option("what", "words", "News of what: alarms, questions, ends (all of them)."),
+    Option("severity", "word", "So loud at least (info).", values=SEVERITIES, default="info"),
+    Option("tasks", "words", "Only news of these tasks (all, and what is no task's)."),
+    Option("quiet", "text", "Hours in which only what is critical goes out, in the site's time zone: 22:00-06:00."),
+    Option(
+        "unacknowledged", "value", "Only alarms that nobody acknowledged within this time.", type="duration", above=0.0
+    ),
+    Option("text", "flag", "Whether texts and names go along, those of people too."),
+)
+WEBHOOK: Final = (
+    Option(
+        "url", "options", "Where its URL stands: {file: NAME} or {env: NAME}.", required=True, like="{file: room.url}"
+    ),
+    Option("secret", "options", "Where its secret stands, whsec_...", required=True, like="{file: room.secret}"),
+    Option("private", "flag", "Whether its address may be of this machine or a private net, and plain HTTP."),
+)
+SECRET: Final = (
+    Option("file", "text", "A file below the folder of the site file, of mode 0600."),
+    Option("env", "text", "A variable of the engine's environment."),
 )
 AGENT: Final = (
     Option("type", "name", "Its type.", required=True),

@@ -20,6 +20,7 @@ from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_bre
 from formiga_bt.lang.site.ground import load_heights
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
 from formiga_bt.lang.site.libraries import check_libraries
+from formiga_bt.lang.site.news import read_news
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.routes import read_routes
 from formiga_bt.lang.site.whole import check_whole, machines
@@ -105,6 +106,7 @@ class SiteReader(Points):
             pilots=pilots,
             people=self._people(agents),
             agents=agents,
+            news=read_news(self.keys, self.problems),
             transports=transports,
             accept_missing=accept_missing,
             mode=mode,

@@ -34,6 +34,7 @@ from formiga_bt.services.http import (
     fleet_routes,
     library_routes,
     metrics_routes,
+    news_routes,
     openapi,
     order_routes,
     past_routes,
@@ -50,6 +51,7 @@ from formiga_bt.services.kept.attachments import AttachmentStore
 from formiga_bt.services.kept.journaling import Journaling
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.members import Members
+from formiga_bt.services.news.desk import NewsDesk
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.once import key_of
 from formiga_bt.services.orders import ServiceOrders, Waits
@@ -73,6 +75,7 @@ STATUS: Final = {
     "unknown_home": 422,
     "unknown_rule": 404,
     "unknown_alarm": 404,
+    "unknown_channel": 404,
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
@@ -124,6 +127,7 @@ class Host(Protocol):
     crew: Crew
     members: Members
     catalogue: CatalogueOrders
+    news: NewsDesk
     loading: Loading
     attachments: AttachmentStore
     source: Source
@@ -202,6 +206,7 @@ def application(host: Host) -> FastAPI:
     seeing_routes.add(routes, host.source)
     past_routes.add(routes, host.past)
     rule_routes.add(routes, host.orders)
+    news_routes.add(routes, host.news)
     alarm_routes.add(routes, host.orders.alarms)
     _people(routes, host.orders)
     library_routes.add(routes, host.loading, host.refused)

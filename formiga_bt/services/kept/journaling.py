@@ -48,6 +48,7 @@ class Journaling:
         site: its name.
         at: which journal; None = none.
         start_anew: begin a new history; what there is of another one is set aside.
+        outbox: keep the news of steps, too, for who delivers them.
         also: called with each step before it is kept; what it wants to be kept it hands to the folder.
     """
 
@@ -59,7 +60,9 @@ class Journaling:
         also: Callable[[EngineStep], None],
         *,
         start_anew: bool = False,
+        outbox: bool = False,
     ) -> None:
+        self._outbox = outbox
         self._folder, self._site, self._at, self._also = folder, site, at, also
         self._start_anew = start_anew
         self.aside: list[str] = []
@@ -239,7 +242,12 @@ class Journaling:
         from formiga_bt.journal.writer import Writer
 
         self._writer = Writer(
-            self.journal, state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic, beside=True
+            self.journal,
+            state,
+            wall=lambda: time.time_ns() // 1000,
+            clock=time.monotonic,
+            beside=True,
+            outbox=self._outbox,
         )
         self._writer.begin({name: metadata.version(name) for name in LIBRARIES}, now())
         self._housekeeper = Housekeeper(self.journal, now)

@@ -27,6 +27,7 @@ from formiga_bt.show.facts.history import (
     Track,
     Waiting,
 )
+from formiga_bt.show.facts.news import ChannelFact, ChannelList, ChannelTried
 from formiga_bt.show.facts.orders import (
     AgentList,
     ApprovalFact,
@@ -90,8 +91,8 @@ from formiga_bt.show.facts.tree import Box, Drawing, FileSpot, StepFact, StepSta
 
 __all__ = [
     "ActionFact", "AgentFact", "AgentList", "AlarmFact", "AlarmList", "AlarmTurnFact", "Alive",
-    "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because",
-    "BlackboardFact", "Box", "CatalogueFact", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
+    "ApprovalFact", "ApprovalList", "AssignedFact", "AttachmentKept", "Because", "BlackboardFact", "Box", "CatalogueFact",
+    "ChannelFact", "ChannelList", "ChannelTried", "Chart", "CheckFact", "Deed", "DiscoveredFact", "DraftFact", "Drawing",
     "EngineHealth", "EngineLoad", "EventFact", "Explanation", "FailureFact", "FileFact", "FileSpot", "FiringFact",
     "FleetFact", "FleetList", "FleetLoaded", "GoalFact", "HeldUnits", "LibraryList", "LibraryTask", "LineFact",
     "LockdownFact", "MapLane", "MapMark", "MapShape", "MemberFact", "Now", "OrderDone", "OrderFact", "OrderReply",
