@@ -267,7 +267,7 @@ class EngineHost:
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
             wall=wall_us, speed=self.driver.speed, lock=self.view.lock, recall=self.recall,
-            house=self._house_facts, ahead=lambda: self.driver.clock.ahead_us,
+            ahead=lambda: self.driver.clock.ahead_us,
         )  # fmt: skip
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)

@@ -177,6 +177,8 @@ def carry(client: Client, order: WatchOrder, by: str) -> "OrderReply | str":
             return client.abort(order.target, by=by)
         case "handback":
             return client.hand_back(order.target, order.how, by=by)
+        case "ack":
+            return client.acknowledge(order.target, by=by)
         case "clear":
             return client.clear(order.target, by=by)
         case "lockdown" | "release":

@@ -7,6 +7,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import Micros
 from formiga_bt.base.machines import MOVING, Mobility
 from formiga_bt.lang.forms import FormField
+from formiga_bt.show.facts.alarms import AlarmFact
 from formiga_bt.show.facts.tree import Drawing, StepFact
 
 
@@ -295,7 +296,7 @@ class Top(Struct, frozen=True, kw_only=True, omit_defaults=True):
     longest_wait_us: Micros = 0
     """Of those."""
     alarms: int = 0
-    """That happened in the last ten minutes, or still stand: a breach, a quarantine, a lost machine, the engine's own house."""
+    """That nobody acknowledged; and machines that break a limit, are in quarantine or lost, of which there is none."""
     held: int = 0
     taken: tuple[tuple[str, str], ...] = ()
     """(`PILOT` or `FAILSAFE`, machine)."""
@@ -326,8 +327,8 @@ class Now(Struct, frozen=True, kw_only=True):
     questions: tuple[QuestionFact, ...]
     lines: tuple[LineFact, ...] = ()
     """The newest, oldest first."""
-    house: tuple[StandingFact, ...] = ()
-    """Alarms of the engine's own house that stand: its clock, its runtime folder, its journal."""
+    alarms: tuple[AlarmFact, ...] = ()
+    """Those that are open, as `AlarmList` has them."""
     resources: tuple[ResourceFact, ...] = ()
     """Of the site, in the order of its file."""
 

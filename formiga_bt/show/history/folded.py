@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 
 from msgspec.structs import replace
 
-from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.library import model_of
 from formiga_bt.engine.kernel.records import TaskRecord
@@ -27,7 +27,6 @@ from formiga_bt.show.facts import (
     Drawing,
     FileSpot,
     Now,
-    StandingFact,
     Stats,
     StepFact,
     TaskFact,
@@ -36,6 +35,7 @@ from formiga_bt.show.facts import (
     Top,
     Waiting,
 )
+from formiga_bt.show.history.alarms import alarm_fact, in_order
 from formiga_bt.show.history.charting import chart
 from formiga_bt.show.history.holding import resource_facts
 from formiga_bt.show.history.ledger import Ledger
@@ -53,8 +53,6 @@ from formiga_bt.show.why.words import REASONS, say
 LINES: Final = 60
 """Of the log."""
 Row = TypeVar("Row", ActionFact, Waiting)
-ALARM_US: Final = 600 * SECOND
-"""An alarm is counted for so long."""
 
 
 class FoldedSource:
@@ -70,7 +68,6 @@ class FoldedSource:
         speed: engine seconds per wall second.
         lock: held while something is read.
         recall: called before tasks of these ids (none: of all) are looked at, to make the ledger know their beginnings.
-        house: alarms of the engine's own house that stand.
         ahead: engine time less the wall clock.
     """
 
@@ -88,7 +85,6 @@ class FoldedSource:
         speed: float = 1.0,
         lock: AbstractContextManager[Any] | None = None,
         recall: Callable[[Sequence[str]], None] = lambda _ids: None,
-        house: Callable[[], tuple[StandingFact, ...]] = tuple,
         ahead: Callable[[], Micros] = lambda: 0,
     ) -> None:
         self.ledger = ledger
@@ -98,7 +94,7 @@ class FoldedSource:
         self._desk, self._engine, self._clock, self._wall, self._speed = desk, engine, clock, wall, speed
         self._lock: AbstractContextManager[Any] = lock if lock is not None else nullcontext()
         self._recall = recall
-        self._house, self._ahead = house, ahead
+        self._ahead = ahead
         self._words = Wording(site)
         self._drawings: dict[str, tuple[Task, Drawing]] = {}
 
@@ -127,7 +123,7 @@ class FoldedSource:
                 mode=self._site.mode,
                 speed=self._speed,
                 ahead_us=self._ahead(),
-                top=self._top(index, len(house := self._house())),
+                top=self._top(index),
                 counts=counts,
                 tasks=tuple(page),
                 total=total,
@@ -137,7 +133,7 @@ class FoldedSource:
                 ),
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
-                house=house,
+                alarms=tuple(map(alarm_fact, in_order(one for one in state.alarms.values() if one.is_open))),
                 resources=resource_facts(state, self._site.resources.values()),
             )
 
@@ -174,13 +170,14 @@ class FoldedSource:
         )
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 
-    def _top(self, index: UrgencyIndex, house: int) -> Top:
+    def _top(self, index: UrgencyIndex) -> Top:
         state, ledger = index.state, self.ledger
         machines = [agent for agent in state.agents.values() if not agent.human]
         asked = [question.asked_at for group in index.questions.values() for question in group]
         waits = [*asked, *ledger.stuck.values()]
-        fresh = sum(line.at >= index.now - ALARM_US for line in ledger.alarms)
-        named = {line.agent for line in ledger.alarms if line.at >= index.now - ALARM_US}
+        alarms = [alarm for alarm in state.alarms.values() if alarm.is_open]
+        raised = sum(alarm.state == "raised" for alarm in alarms)
+        named = {alarm.agent for alarm in alarms}
         standing = sum(
             bool(agent.breach or agent.quarantine or agent.liveness == "LOST") and agent.id not in named
             for agent in machines
@@ -189,7 +186,7 @@ class FoldedSource:
             airborne=sum(agent.landed == "airborne" for agent in machines),
             needs_you=len(waits),
             longest_wait_us=index.now - min(waits) if waits else 0,
-            alarms=fresh + standing + house,
+            alarms=raised + standing,
             held=sum(bool(task.hold.causes) and task.section != "done" for task in state.tasks.values()),
             taken=tuple(
                 (agent.control.upper(), agent.id) for agent in machines if agent.control in ("pilot", "failsafe")

@@ -45,7 +45,7 @@ def guard_of(order: WatchOrder, now: Now) -> OrderGuard:
     """Return what an order must be asked first, as the site stands."""
     target = order.target
     match order.verb:
-        case "hold":
+        case "hold" | "ack":
             return NONE
         case "return":
             return NONE if order.kind != "all" else OrderGuard("yes", "Return ALL machines to their ports?")

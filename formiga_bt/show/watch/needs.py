@@ -1,20 +1,18 @@
 """The pane of what needs a person: open questions with their numbered answers, machines to hand back or to look at, alarms.
 
-A row's id says what it is: `Q7` a question, `agent:hwd_1` a machine, `task:PickUp-3` a task, `alarm:...` an alarm, which can
-be read and not answered. `choices` gives what the number keys do to a row.
+A row's id says what it is: `Q7` a question, `agent:hwd_1` a machine, `task:PickUp-3` a task, `alarm:A7` an alarm that nobody
+acknowledged. `choices` gives what the number keys do to a row.
 """
 
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, StandingFact, TaskFact
+from formiga_bt.show.facts import AgentFact, AlarmFact, Now, QuestionFact, TaskFact
 from formiga_bt.show.watch.orders import HANDBACKS, WatchOrder
 from formiga_bt.show.watch.text import Glyphs, Line, PaneRow, Rows, Tone, TonedText, clean, left, line, span, wrap
 from formiga_bt.show.why.unanswered import then
 from formiga_bt.show.why.words import DOUBLE, quarantine_hint
 
-ALARM_US = 10 * 60 * 1_000_000
-"""An alarm is shown for so long."""
 INDENT = 4
 
 
@@ -40,11 +38,9 @@ def needs(now: Now, tasks: Sequence[TaskFact], width: int, glyphs: Glyphs) -> Ro
     for number, task in enumerate(tasks):
         if task.needs and task.needs not in asked and task.needs not in handed and not task.is_over:
             found.append(((2, far, number), f"task:{task.id}", partial(_task, task, width)))
-    alarms = [one for one in now.lines if one.severity == "alarm" and now.at - one.at <= ALARM_US]
-    for number, alarm in enumerate(reversed(alarms)):
-        found.append(((3, far, number), f"alarm:{alarm.at}:{alarm.text}", partial(_alarm, alarm, now, width)))
-    for number, trouble in enumerate(now.house):
-        found.append(((3, 0, number), f"house:{trouble.code}:{trouble.subject}", partial(_house, trouble, width)))
+    for number, alarm in enumerate(now.alarms):
+        if alarm.state == "raised":
+            found.append(((3, far, number), f"alarm:{alarm.id}", partial(_alarm, alarm, now, width)))
     found.sort(key=lambda each: each[:2])
     return Rows([row for _, row, _ in found], lambda place: PaneRow(found[place][1], found[place][2]()))
 
@@ -57,6 +53,8 @@ def choices(row_id: str, now: Now) -> list[WatchOrder]:
             WatchOrder(verb="answer", kind="question", target=question.number, how=option)
             for option in question.options
         ]
+    if row_id.startswith("alarm:"):
+        return [WatchOrder(verb="ack", kind="alarm", target=name_of(row_id))]
     agent = next((a for a in now.agents if f"agent:{a.id}" == row_id), None)
     if agent is None:
         return []
@@ -69,9 +67,7 @@ def choices(row_id: str, now: Now) -> list[WatchOrder]:
 def name_of(row_id: str) -> str:
     """Return what people call the thing of a row: `hwd_1` of `agent:hwd_1`, an event by its words."""
     kind, _, name = row_id.partition(":")
-    return (
-        name if kind in ("agent", "task") or kind.isdigit() else "the alarm" if kind in ("alarm", "house") else row_id
-    )
+    return name if kind in ("agent", "task", "alarm") or kind.isdigit() else row_id
 
 
 def find_question(number: str, now: Now) -> QuestionFact | None:
@@ -148,12 +144,10 @@ def _task(task: TaskFact, width: int) -> tuple[Line, ...]:
     return _told(f"{'HELD ' if task.held else ''}{task.id}: {task.needs}", width, "warn")
 
 
-def _alarm(one: LineFact, now: Now, width: int) -> tuple[Line, ...]:
-    return _told(f"ALARM {span(now.at - one.at)} ago: {one.text}", width, "alarm")
-
-
-def _house(one: StandingFact, width: int) -> tuple[Line, ...]:
-    return _told(f"ALARM that stands: {one.text} ({one.code})", width, "alarm")
+def _alarm(one: AlarmFact, now: Now, width: int) -> tuple[Line, ...]:
+    times = f", {one.times} times" if one.times > 1 else ""
+    text = f"ALARM {one.id} {span(now.at - one.raised_at)} ago{times}: {one.text} ({one.code})"
+    return _told(text, width, "alarm", line(" " * INDENT, TonedText("1 ack: you take care of it", "warn")))
 
 
 def _told(text: str, width: int, tone: Tone, *more: Line) -> tuple[Line, ...]:

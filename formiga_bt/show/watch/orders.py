@@ -5,9 +5,9 @@ from typing import Final, Literal, Protocol
 from msgspec import Struct
 
 Verb = Literal[
-    "hold", "return", "land", "continue", "cut", "abort", "lockdown", "release", "handback", "clear", "answer"
+    "hold", "return", "land", "continue", "cut", "abort", "lockdown", "release", "handback", "clear", "answer", "ack"
 ]
-Kind = Literal["agent", "task", "question", "all"]
+Kind = Literal["agent", "task", "question", "alarm", "all"]
 
 HANDBACKS: Final = ("continue", "return", "end")
 """What can become of the task of a machine that is handed back."""
@@ -19,7 +19,7 @@ class WatchOrder(Struct, frozen=True, kw_only=True):
     verb: Verb
     kind: Kind
     target: str = ""
-    """An agent, a task or a question; "" for all."""
+    """An agent, a task, a question or an alarm; "" for all."""
     how: str = ""
     """Of `answer` the option, of `handback` continue, return or end."""
     by: str = ""

@@ -1,11 +1,14 @@
 """What a source says of a site: its list of tasks by urgency, a task, timeline, map, statistics; all of it travels as JSON."""
 
+from typing import Any
+
 import msgspec
 import pytest
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.alarm_records import AlarmRecord, AlarmTurn
 from formiga_bt.engine.kernel.causes import ClearanceHold, OperatorHold, TakeOverHold
 from formiga_bt.engine.kernel.inputs import Alarm, EngineStep, Operator, Started
 from formiga_bt.engine.kernel.records import (
@@ -236,7 +239,9 @@ def test_the_top_line_says_what_a_person_must_see_first(wording: Wording) -> Non
         ch.AgentPut(airborne),
         ch.AgentPut(AgentRecord(id="c2", type="cart", liveness="LOST", quarantine="lost")),
         ch.LockdownPut(Lockdown("hold", "eve", SECOND)),
-        effects=(Alarm("x", "look", "T-1", "c1"),),
+        ch.AlarmPut(alarm("A1", "raised", "c1")),
+        ch.AlarmPut(alarm("A2", "acknowledged", "c1")),
+        ch.AlarmPut(alarm("A3", "cleared", "c2")),
     )
     board.seq = 30
     board()
@@ -245,9 +250,16 @@ def test_the_top_line_says_what_a_person_must_see_first(wording: Wording) -> Non
     assert (top.airborne, top.needs_you, top.longest_wait_us, top.alarms, top.held) == (1, 1, 30 * SECOND, 2, 1)
     assert top.taken == (("PILOT", "c1"),)
     wording(top.lockdown)
-    board.seq = 700
-    board()
+    assert [(one.id, one.state) for one in board.source.now().alarms] == [("A1", "raised"), ("A2", "acknowledged")]
+    board(ch.AlarmPut(alarm("A1", "acknowledged", "c1")))
     assert board.source.now().top.alarms == 1  # the lost machine still is
+
+
+def alarm(ident: str, state: Any, agent: str) -> AlarmRecord:
+    return AlarmRecord(
+        id=ident, code="x", severity="alarm", state=state, text="look", task="T-1", agent=agent, raised_at=1, at=1,
+        history=(AlarmTurn(1, "raised"),),
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

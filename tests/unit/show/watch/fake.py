@@ -11,6 +11,7 @@ from textual.pilot import Pilot
 from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.show.facts import (
     AgentFact,
+    AlarmFact,
     Because,
     Box,
     Chart,
@@ -50,6 +51,12 @@ def task(number: int, **more: Any) -> TaskFact:
     return TaskFact(id=f"PickUp-{number}", **{**facts, **more})
 
 
+def alarm(number: int, text: str, **more: Any) -> AlarmFact:
+    """Return an alarm that was raised half a minute ago."""
+    given = {"code": "lost", "severity": "alarm", "state": "raised", "raised_at": AT - 30 * S, "at": AT, **more}
+    return AlarmFact(id=f"A{number}", text=text, **given)
+
+
 def agent(name: str, **more: Any) -> AgentFact:
     facts = {
         "type": "hwd",
@@ -72,6 +79,7 @@ class FakeSource:
         self.agents: list[AgentFact] = [agent("hwd_1", task="PickUp-1"), agent("hwd_2", task="PickUp-2")]
         self.questions: list[QuestionFact] = []
         self.lines: list[LineFact] = []
+        self.alarms: list[AlarmFact] = []
         self.steps: tuple[StepFact, ...] = ()
         self.goals: tuple[GoalFact, ...] = ()
         self.counts: dict[str, int] = {}
@@ -90,6 +98,7 @@ class FakeSource:
             tasks=tuple(fit[first : first + count]), total=len(fit),
             waiting=sum(t.status == "PENDING" and not t.needs for t in fit),
             agents=tuple(self.agents), questions=tuple(self.questions), lines=tuple(self.lines),
+            alarms=tuple(self.alarms),
         )  # fmt: skip
 
     def task(self, task_id: str) -> TaskPicture:

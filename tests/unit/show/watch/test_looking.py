@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.show.facts import GoalFact, LineFact, StepFact, TaskFact, Top
-from tests.unit.show.watch.fake import AT, FakeSource, Room, S, agent, many, question, replace, task, watching
+from tests.unit.show.watch.fake import AT, FakeSource, Room, S, agent, alarm, many, question, replace, task, watching
 
 TOP = Top(airborne=7, needs_you=2, longest_wait_us=41 * S, alarms=1, held=1, taken=(("PILOT", "lwd_3"),))
 
@@ -13,13 +13,13 @@ def busy() -> FakeSource:
     source.top = TOP
     source.questions = [question()]
     source.agents.append(agent("lwd_3", taken=True, control="engine"))
-    source.lines = [LineFact(at=AT - 30 * S, text="hwd_9 is lost", severity="alarm")]
+    source.alarms = [alarm(4, "hwd_9 is lost"), alarm(3, "an older one", state="acknowledged", owner="ann")]
     return source
 
 
 def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
     async def look(room: Room) -> None:
-        assert room.lines[:9] == [
+        assert room.lines[:10] == [
             "AIRBORNE 7 | NEEDS YOU 2 (0:41) | ALARM 1 | HELD 1 | PILOT has lwd_3                          meadow",
             " NEEDS YOU " + "─" * 88,
             "▶ Q7 0:41  PickUp-3 asks eve",
@@ -28,9 +28,10 @@ def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
             "      lapses in 4:19, then its step fails: the task fails",
             "  HAND BACK lwd_3: it was taken over, and given back",
             "      1 continue   2 return   3 end",
-            "  ALARM 0:30 ago: hwd_9 is lost",
+            "  ALARM A4 0:30 ago: hwd_9 is lost (lost)",
+            "      1 ack: you take care of it",
         ]
-        assert room.lines[9] == " TASKS " + "─" * 92
+        assert room.lines[10] == " TASKS " + "─" * 92
 
     watching(look, busy())
 
@@ -414,6 +415,7 @@ def test_texts_from_outside_command_no_terminal() -> None:
     source.agents = [agent("hwd_1", quarantine=evil, order=evil, action=evil)]
     source.tasks = [task(1, doing=evil, urgent=evil, needs=evil)]
     source.lines = [LineFact(at=AT, text=evil, severity="alarm")]
+    source.alarms = [alarm(1, evil, code=evil)]
 
     async def look(room: Room) -> None:
         for keys in ([], ["v"], ["t", "enter"]):

@@ -4,7 +4,7 @@ from formiga_bt.base.errors import FormigaError
 from formiga_bt.show.facts import LineFact
 from formiga_bt.show.watch.orders import WatchReply
 from tests.golden import Wording
-from tests.unit.show.watch.fake import AT, FakeSource, Room, S, agent, many, question, task, watching
+from tests.unit.show.watch.fake import AT, FakeSource, Room, S, agent, alarm, many, question, task, watching
 
 
 def test_hold_and_return_leave_at_once_and_the_reply_is_shown(wording: Wording) -> None:
@@ -332,12 +332,15 @@ def test_orders_are_tried_also_while_the_engine_does_not_answer() -> None:
     watching(order)
 
 
-def test_the_events_and_alarms_take_no_orders() -> None:
+def test_the_events_take_no_orders_and_an_alarm_is_acknowledged() -> None:
     source = FakeSource()
     source.lines = [LineFact(at=AT - S, text="hwd_9 is lost", severity="alarm")]
+    source.alarms = [alarm(7, "hwd_9 is lost")]
 
     async def order(room: Room) -> None:
-        await room.press("v", "h", "n", "h", "1")
+        await room.press("v", "h", "n", "h")
         assert room.sent == []
+        await room.press("1")
+        assert room.sent == ["ack A7"]
 
     watching(order, source)
