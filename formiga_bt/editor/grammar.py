@@ -129,6 +129,8 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("site", "rules"): _RULES,
         ("site", "news"): FreeMapping("news", OptionMapping("channel", site.CHANNEL)),
         ("channel", "webhook"): OptionMapping("webhook", site.WEBHOOK),
+        ("channel", "mail"): OptionMapping("mail", site.MAIL),
+        ("mail", "password"): _SECRET,
         ("webhook", "url"): _SECRET,
         ("webhook", "secret"): _SECRET,
         ("rules", "rules"): _RULES,

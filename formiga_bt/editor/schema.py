@@ -293,12 +293,14 @@ class _Maker:
         return schema
 
     def _channel(self) -> Schema:
-        schema, webhook = self._object(site.CHANNEL), self._object(site.WEBHOOK)
-        for key in ("url", "secret"):
-            told = webhook["properties"][key]["description"]
-            webhook["properties"][key] = {"description": told, **self._object(site.SECRET)}
-        told = schema["properties"]["webhook"]["description"]
-        schema["properties"]["webhook"] = {"description": told, **webhook}
+        schema = self._object(site.CHANNEL)
+        for way, table, secrets in (("webhook", site.WEBHOOK, ("url", "secret")), ("mail", site.MAIL, ("password",))):
+            inner = self._object(table)
+            for key in secrets:
+                told = inner["properties"][key]["description"]
+                inner["properties"][key] = {"description": told, **self._object(site.SECRET)}
+            told = schema["properties"][way]["description"]
+            schema["properties"][way] = {"description": told, **inner}
         return schema
 
     def _rule(self) -> Schema:

@@ -31,7 +31,22 @@ class Webhook(Struct, frozen=True, kw_only=True, tag="webhook"):
     """Its address may be of this machine or a private net, and plain HTTP."""
 
 
-Receiver = Webhook
+class Mail(Struct, frozen=True, kw_only=True, tag="mail"):
+    """A mail by a mail server."""
+
+    host: str
+    port: int
+    tls: Literal["starttls", "direct", "none"] = "starttls"
+    sender: str
+    """An address, as `to`."""
+    to: tuple[str, ...]
+    user: str = ""
+    password: SecretAt | None = None
+    private: bool = False
+    """The server's address may be of this machine or a private net; only then `tls` may be none."""
+
+
+Receiver = Webhook | Mail
 """How a channel reaches who is told: a closed union."""
 
 

@@ -16,6 +16,7 @@ from formiga_bt.lang.site.keys import (
     APPROVERS,
     BASE,
     CHANNEL,
+    MAIL,
     PILOT,
     PORT,
     RESOURCE,
@@ -28,8 +29,8 @@ from formiga_bt.lang.site.reader import SiteReader
 from formiga_bt.lang.text.reading import Problems
 
 __all__ = [
-    "AGENT", "APPROVERS", "BASE", "CHANNEL", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN", "WEBHOOK", "load_site",
-    "load_site_text",
+    "AGENT", "APPROVERS", "BASE", "CHANNEL", "MAIL", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN", "WEBHOOK",
+    "load_site", "load_site_text",
 ]  # fmt: skip
 
 

@@ -58,7 +58,9 @@ SITE: Final = (
     Option("agents", "map", "The agents: {type, home, at}."),
     Option("rules", "map", "Standing rules: {on, of, for, request, with, priority, at_most}."),
     Option(
-        "news", "map", "Who is told what that happens: {webhook, what, severity, tasks, quiet, unacknowledged, text}."
+        "news",
+        "map",
+        "Who is told what that happens: {webhook or mail, what, severity, tasks, quiet, unacknowledged, text}.",
     ),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("accept_missing", "map", "What mode real does without: wire -> guarantees that it lacks."),
@@ -106,6 +108,7 @@ PILOT: Final = (
 )
 CHANNEL: Final = (
     Option("webhook", "options", "A POST to a URL: {url, secret, private}."),
+    Option("mail", "options", "A mail by a mail server: {host, port, tls, from, to, user, password, private}."),
     Option("what", "words", "News of what: alarms, questions, ends (all of them)."),
     Option("severity", "word", "So loud at least (info).", values=SEVERITIES, default="info"),
     Option("tasks", "words", "Only news of these tasks (all, and what is no task's)."),
@@ -121,6 +124,16 @@ WEBHOOK: Final = (
     ),
     Option("secret", "options", "Where its secret stands, whsec_...", required=True, like="{file: room.secret}"),
     Option("private", "flag", "Whether its address may be of this machine or a private net, and plain HTTP."),
+)
+MAIL: Final = (
+    Option("host", "text", "The mail server.", required=True, like="smtp.example.org"),
+    Option("port", "value", "Its port (587).", type="int", least=1, default=587),
+    Option("tls", "word", "How it is spoken to (starttls).", values=("starttls", "direct", "none"), default="starttls"),
+    Option("from", "text", "The address that it comes from.", required=True, like="formiga@example.org"),
+    Option("to", "words", "The addresses that it is for.", required=True, like="[room@example.org]"),
+    Option("user", "text", "As whom to log in."),
+    Option("password", "options", "Where the password stands: {file: NAME} or {env: NAME}."),
+    Option("private", "flag", "Whether the server may be this machine or in a private net, and without TLS."),
 )
 SECRET: Final = (
     Option("file", "text", "A file below the folder of the site file, of mode 0600."),

@@ -5,17 +5,18 @@ from pathlib import Path
 from typing import Final, get_args
 
 from formiga_bt.lang.keyed import Keys, read_inside
-from formiga_bt.lang.model.news import WHATS, Channel, Quiet, Receiver, SecretAt, Webhook, What
-from formiga_bt.lang.site.keys import CHANNEL, SECRET, WEBHOOK
+from formiga_bt.lang.model.news import WHATS, Channel, Mail, Quiet, Receiver, SecretAt, Webhook, What
+from formiga_bt.lang.site.keys import CHANNEL, MAIL, SECRET, WEBHOOK
 from formiga_bt.lang.text.document import Entry
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, read_words, shorten
 from formiga_bt.lang.text.synonyms import surely
 
-WAYS: Final = ("webhook",)
+WAYS: Final = ("webhook", "mail")
 """Keys of a channel of which it has exactly one."""
 MOST_CHANNELS: Final = 20
 _QUIET: Final = re.compile(r"([01]\d|2[0-3]):([0-5]\d)\s*-\s*([01]\d|2[0-3]):([0-5]\d)", re.ASCII)
 _ENV: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_ADDRESS: Final = re.compile(r"[^@\s<>,;\"']{1,64}@[A-Za-z0-9.-]{1,255}", re.ASCII)
 _LONGEST_S: Final = 7 * 86_400.0
 
 
@@ -36,7 +37,7 @@ def _channel(entry: Entry, problems: Problems) -> Channel | None:
         what = f"channel '{name}' has {'no way' if not ways else 'several ways'} to who is told"
         problems.add("E008", entry.key.mark, what, f"give it one of {quoted_list(WAYS)}")
         return None
-    to = _webhook(keys, problems)
+    to = _webhook(keys, problems) if "webhook" in keys else _mail(keys, problems)
     after = keys.number("unacknowledged") or None
     if after is not None and after > _LONGEST_S:
         keys.wrong("unacknowledged", "E062", "'unacknowledged' must be at most 7 d")
@@ -88,6 +89,36 @@ def _webhook(keys: Keys, problems: Problems) -> Receiver | None:
     if url is None or secret is None:
         return None
     return Webhook(url=url, secret=secret, private=inside.flag("private"))
+
+
+def _mail(keys: Keys, problems: Problems) -> Receiver | None:
+    inside = read_inside(keys["mail"].value, MAIL, problems, "mail", "a mail")
+    host, sender = inside.text("host"), inside.text("from")
+    to = read_words(inside["to"].value, problems, "to") if "to" in inside else ()
+    password = read_secret(inside, "password", problems)
+    addresses = [*([sender] if sender is not None else []), *to]
+    for at in addresses:
+        if _ADDRESS.fullmatch(at.text) is None:
+            what = f"'{shorten(at.text)}' is no address of a mail"
+            problems.add("E008", at.mark, what, "such as: room@example.org")
+    tls, private = inside.word("tls"), inside.flag("private")
+    if tls == "none" and not private:
+        inside.wrong(
+            "tls", "E008", "mail without TLS can be read on its way", "starttls, or private: true in your own net"
+        )
+    if ("user" in inside) != ("password" in inside):
+        lacks = "password" if "user" in inside else "user"
+        keys.wrong(
+            "mail", "E008", f"who logs in has a user and a password: '{lacks}' is missing", "write both, or none"
+        )
+    if host is None or sender is None or not to or inside.whole("port") > 65_535:
+        if host is not None and sender is not None and to:
+            inside.wrong("port", "E062", "'port' must be at most 65535")
+        return None
+    return Mail(
+        host=host.text, port=inside.whole("port"), tls=tls,  # type: ignore[arg-type]  # the table has the words
+        sender=sender.text, to=tuple(at.text for at in to), user=inside.word("user"), password=password, private=private,
+    )  # fmt: skip
 
 
 def read_secret(keys: Keys, key: str, problems: Problems) -> SecretAt | None:

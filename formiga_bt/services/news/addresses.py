@@ -3,7 +3,9 @@
 A name that resolves to something else the next time, or a number in another form, comes past no check that reads the URL alone.
 """
 
+import asyncio
 import ipaddress
+import socket
 from typing import Final
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
@@ -13,6 +15,14 @@ METADATA: Final = frozenset(
 )
 """Where clouds tell machines their secrets, beside the link-local 169.254.169.254."""
 NAT64: Final = ipaddress.ip_network("64:ff9b::/96")
+
+
+CONNECT_S: Final = 5.0
+"""So long one address is tried."""
+
+
+class ForbiddenAddressError(OSError):
+    """Nothing is sent there."""
 
 
 def why_not(text: str, *, private: bool) -> str:
@@ -43,3 +53,36 @@ def _inner(address: Address) -> Address:
         return ipaddress.IPv4Address(int(address) & 0xFFFF_FFFF)
     teredo = address.teredo
     return address.ipv4_mapped or address.sixtofour or (teredo[1] if teredo is not None else address)
+
+
+async def connected(host: str, port: int, *, private: bool) -> socket.socket:
+    """Return a connection to the first address of a host that takes one.
+
+    Args:
+        host: a name, or an address.
+        port: of TCP.
+        private: as of `why_not`.
+
+    Raises:
+        OSError: there is none, or nothing may be sent there.
+    """
+    loop = asyncio.get_running_loop()
+    last = OSError()
+    for family, kind, proto, _, at in await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM):
+        if why := why_not(str(at[0]), private=private):
+            last = ForbiddenAddressError(why)
+            continue
+        sock = socket.socket(family, kind, proto)
+        sock.setblocking(False)
+        try:
+            async with asyncio.timeout(CONNECT_S):
+                await loop.sock_connect(sock, at)
+        except OSError as error:  # a TimeoutError, too
+            sock.close()
+            last = error
+        except BaseException:
+            sock.close()
+            raise
+        else:
+            return sock
+    raise last

@@ -22,7 +22,7 @@ from formiga_bt.engine.kernel.inputs import EngineStep, NewsDelivered, Trouble
 from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.journal.outbox import NewsItem, news_of
 from formiga_bt.lang.model import Site
-from formiga_bt.lang.model.news import Channel, Receiver, Webhook
+from formiga_bt.lang.model.news import Channel, Mail, Receiver, Webhook
 from formiga_bt.services.news.channel import ChannelWork
 from formiga_bt.services.news.log import NewsLog, Read
 from formiga_bt.services.news.message import Message, message_of, test_message
@@ -250,6 +250,10 @@ def _sender(to: Receiver, beside: Path) -> Sender | None:
             from formiga_bt.services.news.webhook import WebhookSender
 
             return WebhookSender(to, beside)
+        case Mail():
+            from formiga_bt.services.news.mail import MailSender
+
+            return MailSender(to, beside)
         case _:
             assert_never(to)
 
@@ -258,6 +262,12 @@ def _lacks(to: Receiver) -> str:
     """Return what is to be installed for a receiver, or an empty text."""
     from importlib.util import find_spec
 
-    needed = {Webhook: ("aiohttp", "standardwebhooks")}[type(to)]
+    match to:
+        case Webhook():
+            needed: tuple[str, ...] = ("aiohttp", "standardwebhooks")
+        case Mail():
+            needed = ("aiosmtplib",)
+        case _:
+            assert_never(to)
     missing = [name for name in needed if find_spec(name) is None]
     return f"{' and '.join(missing)} not installed here: {install('news')}" if missing else ""

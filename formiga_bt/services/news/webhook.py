@@ -18,7 +18,7 @@ from standardwebhooks import Webhook as Signer
 
 from formiga_bt import __version__
 from formiga_bt.lang.model.news import Webhook
-from formiga_bt.services.news.addresses import why_not
+from formiga_bt.services.news.addresses import ForbiddenAddressError, why_not
 from formiga_bt.services.news.message import Message
 from formiga_bt.services.news.sending import NoSecret, Outcome, read_secret
 
@@ -30,10 +30,6 @@ MOST_ANSWER: Final = 1024
 REFUSED: Final = frozenset({400, 413, 422})
 """Statuses that say that this very message cannot be taken."""
 BUSY: Final = frozenset({429, 503})
-
-
-class ForbiddenAddressError(OSError):
-    """Nothing is sent there."""
 
 
 class WebhookSender:

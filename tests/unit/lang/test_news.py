@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.lang.model.news import WHATS, Channel, Quiet, SecretAt, Webhook
+from formiga_bt.lang.model.news import WHATS, Channel, Mail, Quiet, SecretAt, Webhook
 from formiga_bt.lang.site import load_site_text
 
 BASE = "formiga_site: 1\nname: meadow\nbase: {lat: 66.5, lng: 25.7}\n"
@@ -63,6 +63,40 @@ def test_a_mistake_is_told_where_it_is(text: str, code: str) -> None:
     found, problems = read(text)
     assert found == {}
     assert (code, 5) in problems
+
+
+MAIL = "host: smtp.example.org, from: a@example.org, to: [b@example.org, c@example.org]"
+
+
+def test_a_mail_goes_by_tls_unless_it_says_otherwise() -> None:
+    found, problems = read(f"  room: {{mail: {{{MAIL}, user: formiga, password: {{env: WORD}}}}}}")
+    assert problems == []
+    to = found["room"].to
+    assert isinstance(to, Mail)
+    assert (to.port, to.tls, to.to, to.user) == (587, "starttls", ("b@example.org", "c@example.org"), "formiga")
+    assert to.password == SecretAt(env="WORD")
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        ("tls: none", "E008"), ("tls: maybe", "E008"), ("port: 70000", "E062"), ("port: 0", "E062"), ("user: formiga", "E008"),
+        ("password: {env: W}", "E008"), ("password: sesame", "E008"), ("cc: x", "E004"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_mail_is_told(more: str, code: str) -> None:
+    assert (code, 5) in read(f"  room: {{mail: {{{MAIL}, {more}}}}}")[1]
+
+
+@pytest.mark.parametrize(
+    "address", ["b", "b@", "a b@example.org", "'b@example.org\\r'", "'<b@example.org>'", "b@exa_mple;x"]
+)
+def test_what_is_no_address_is_told(address: str) -> None:
+    assert "E008" in [code for code, _ in read(f"  room: {{mail: {{host: h, from: a@b.c, to: [{address}]}}}}")[1]]
+
+
+def test_a_channel_has_one_way() -> None:
+    assert read(f"  room: {{{HOOK}, mail: {{{MAIL}}}}}")[1] == [("E008", 5)]
 
 
 def test_there_is_an_end_to_channels() -> None:
