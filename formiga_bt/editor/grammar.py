@@ -131,6 +131,8 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("channel", "webhook"): OptionMapping("webhook", site.WEBHOOK),
         ("channel", "mail"): OptionMapping("mail", site.MAIL),
         ("mail", "password"): _SECRET,
+        ("channel", "mqtt"): OptionMapping("mqtt", site.MQTT),
+        ("mqtt", "password"): _SECRET,
         ("webhook", "url"): _SECRET,
         ("webhook", "secret"): _SECRET,
         ("rules", "rules"): _RULES,

@@ -294,7 +294,12 @@ class _Maker:
 
     def _channel(self) -> Schema:
         schema = self._object(site.CHANNEL)
-        for way, table, secrets in (("webhook", site.WEBHOOK, ("url", "secret")), ("mail", site.MAIL, ("password",))):
+        ways = (
+            ("webhook", site.WEBHOOK, ("url", "secret")),
+            ("mail", site.MAIL, ("password",)),
+            ("mqtt", site.MQTT, ("password",)),
+        )
+        for way, table, secrets in ways:
             inner = self._object(table)
             for key in secrets:
                 told = inner["properties"][key]["description"]

@@ -34,7 +34,7 @@ def test_the_channels_of_the_page_check() -> None:
     site, problems, _ = load_site_text(BASE + block("yaml"), "site.yaml", None)
     assert problems == []
     assert site is not None
-    assert list(site.news) == ["control_room", "night_watch", "chief"]
+    assert list(site.news) == ["control_room", "night_watch", "screens", "chief"]
 
 
 def test_the_page_names_every_key_and_every_kind_of_news() -> None:

@@ -46,7 +46,20 @@ class Mail(Struct, frozen=True, kw_only=True, tag="mail"):
     """The server's address may be of this machine or a private net; only then `tls` may be none."""
 
 
-Receiver = Webhook | Mail
+class Mqtt(Struct, frozen=True, kw_only=True, tag="mqtt"):
+    """A message on a topic of a broker."""
+
+    host: str
+    port: int
+    tls: Literal["direct", "none"] = "direct"
+    topic: str
+    user: str = ""
+    password: SecretAt | None = None
+    private: bool = False
+    """The broker's address may be of this machine or a private net; only then `tls` may be none."""
+
+
+Receiver = Webhook | Mail | Mqtt
 """How a channel reaches who is told: a closed union."""
 
 

@@ -17,6 +17,7 @@ from formiga_bt.lang.site.keys import (
     BASE,
     CHANNEL,
     MAIL,
+    MQTT,
     PILOT,
     PORT,
     RESOURCE,
@@ -29,8 +30,8 @@ from formiga_bt.lang.site.reader import SiteReader
 from formiga_bt.lang.text.reading import Problems
 
 __all__ = [
-    "AGENT", "APPROVERS", "BASE", "CHANNEL", "MAIL", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN", "WEBHOOK",
-    "load_site", "load_site_text",
+    "AGENT", "APPROVERS", "BASE", "CHANNEL", "MAIL", "MQTT", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN",
+    "WEBHOOK", "load_site", "load_site_text",
 ]  # fmt: skip
 
 

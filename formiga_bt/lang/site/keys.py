@@ -60,7 +60,7 @@ SITE: Final = (
     Option(
         "news",
         "map",
-        "Who is told what that happens: {webhook or mail, what, severity, tasks, quiet, unacknowledged, text}.",
+        "Who is told what that happens: {webhook, mail or mqtt, what, severity, tasks, quiet, unacknowledged, text}.",
     ),
     Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("accept_missing", "map", "What mode real does without: wire -> guarantees that it lacks."),
@@ -109,6 +109,7 @@ PILOT: Final = (
 CHANNEL: Final = (
     Option("webhook", "options", "A POST to a URL: {url, secret, private}."),
     Option("mail", "options", "A mail by a mail server: {host, port, tls, from, to, user, password, private}."),
+    Option("mqtt", "options", "A topic of an MQTT broker: {host, port, tls, topic, user, password, private}."),
     Option("what", "words", "News of what: alarms, questions, ends (all of them)."),
     Option("severity", "word", "So loud at least (info).", values=SEVERITIES, default="info"),
     Option("tasks", "words", "Only news of these tasks (all, and what is no task's)."),
@@ -134,6 +135,15 @@ MAIL: Final = (
     Option("user", "text", "As whom to log in."),
     Option("password", "options", "Where the password stands: {file: NAME} or {env: NAME}."),
     Option("private", "flag", "Whether the server may be this machine or in a private net, and without TLS."),
+)
+MQTT: Final = (
+    Option("host", "text", "The broker.", required=True, like="broker.example.org"),
+    Option("port", "value", "Its port (8883).", type="int", least=1, default=8883),
+    Option("tls", "word", "How it is spoken to (direct).", values=("direct", "none"), default="direct"),
+    Option("topic", "text", "The topic.", required=True, like="meadow/news"),
+    Option("user", "text", "As whom to log in."),
+    Option("password", "options", "Where the password stands: {file: NAME} or {env: NAME}."),
+    Option("private", "flag", "Whether the broker may be this machine or in a private net, and without TLS."),
 )
 SECRET: Final = (
     Option("file", "text", "A file below the folder of the site file, of mode 0600."),

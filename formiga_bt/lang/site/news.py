@@ -1,22 +1,24 @@
 """`news:` of a site file: its channels, each with the way to its receiver."""
 
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final, get_args
 
 from formiga_bt.lang.keyed import Keys, read_inside
-from formiga_bt.lang.model.news import WHATS, Channel, Mail, Quiet, Receiver, SecretAt, Webhook, What
-from formiga_bt.lang.site.keys import CHANNEL, MAIL, SECRET, WEBHOOK
+from formiga_bt.lang.model.news import WHATS, Channel, Mail, Mqtt, Quiet, Receiver, SecretAt, Webhook, What
+from formiga_bt.lang.site.keys import CHANNEL, MAIL, MQTT, SECRET, WEBHOOK
 from formiga_bt.lang.text.document import Entry
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, read_words, shorten
 from formiga_bt.lang.text.synonyms import surely
 
-WAYS: Final = ("webhook", "mail")
-"""Keys of a channel of which it has exactly one."""
 MOST_CHANNELS: Final = 20
 _QUIET: Final = re.compile(r"([01]\d|2[0-3]):([0-5]\d)\s*-\s*([01]\d|2[0-3]):([0-5]\d)", re.ASCII)
 _ENV: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _ADDRESS: Final = re.compile(r"[^@\s<>,;\"']{1,64}@[A-Za-z0-9.-]{1,255}", re.ASCII)
+_TOPIC: Final = re.compile(r"[^+#\x00-\x20\x7f]{1,200}")
+_LAST_PORT: Final = 65_535
 _LONGEST_S: Final = 7 * 86_400.0
 
 
@@ -37,7 +39,7 @@ def _channel(entry: Entry, problems: Problems) -> Channel | None:
         what = f"channel '{name}' has {'no way' if not ways else 'several ways'} to who is told"
         problems.add("E008", entry.key.mark, what, f"give it one of {quoted_list(WAYS)}")
         return None
-    to = _webhook(keys, problems) if "webhook" in keys else _mail(keys, problems)
+    to = WAYS[ways[0]](keys, problems)
     after = keys.number("unacknowledged") or None
     if after is not None and after > _LONGEST_S:
         keys.wrong("unacknowledged", "E062", "'unacknowledged' must be at most 7 d")
@@ -101,24 +103,46 @@ def _mail(keys: Keys, problems: Problems) -> Receiver | None:
         if _ADDRESS.fullmatch(at.text) is None:
             what = f"'{shorten(at.text)}' is no address of a mail"
             problems.add("E008", at.mark, what, "such as: room@example.org")
-    tls, private = inside.word("tls"), inside.flag("private")
-    if tls == "none" and not private:
-        inside.wrong(
-            "tls", "E008", "mail without TLS can be read on its way", "starttls, or private: true in your own net"
-        )
-    if ("user" in inside) != ("password" in inside):
-        lacks = "password" if "user" in inside else "user"
-        keys.wrong(
-            "mail", "E008", f"who logs in has a user and a password: '{lacks}' is missing", "write both, or none"
-        )
-    if host is None or sender is None or not to or inside.whole("port") > 65_535:
-        if host is not None and sender is not None and to:
-            inside.wrong("port", "E062", "'port' must be at most 65535")
+    port = _port(inside)
+    if host is None or sender is None or not to or port is None:
         return None
     return Mail(
-        host=host.text, port=inside.whole("port"), tls=tls,  # type: ignore[arg-type]  # the table has the words
-        sender=sender.text, to=tuple(at.text for at in to), user=inside.word("user"), password=password, private=private,
+        host=host.text, port=port, tls=inside.word("tls"),  # type: ignore[arg-type]  # the table has the words
+        sender=sender.text, to=tuple(at.text for at in to), user=inside.word("user"), password=password,
+        private=inside.flag("private"),
     )  # fmt: skip
+
+
+def _mqtt(keys: Keys, problems: Problems) -> Receiver | None:
+    inside = read_inside(keys["mqtt"].value, MQTT, problems, "mqtt", "a topic")
+    host, topic = inside.text("host"), inside.text("topic")
+    password = read_secret(inside, "password", problems)
+    if topic is not None and _TOPIC.fullmatch(topic.text) is None:
+        what = f"'{shorten(topic.text)}' is no topic that can be written to"
+        problems.add("E008", topic.mark, what, "without + and #, such as: meadow/news")
+    port = _port(inside)
+    if host is None or topic is None or port is None:
+        return None
+    return Mqtt(
+        host=host.text, port=port, tls=inside.word("tls"),  # type: ignore[arg-type]  # the table has the words
+        topic=topic.text, user=inside.word("user"), password=password, private=inside.flag("private"),
+    )  # fmt: skip
+
+
+def _port(inside: Keys) -> int | None:
+    """Return the port of a server, or None; report what is wrong with how it is spoken to."""
+    if inside.word("tls") == "none" and not inside.flag("private"):
+        inside.wrong(
+            "tls", "E008", "without TLS all can be read on its way", "take it out, or private: true in your own net"
+        )
+    if ("user" in inside) != ("password" in inside):
+        has, lacks = ("user", "password") if "user" in inside else ("password", "user")
+        inside.wrong(has, "E008", f"who logs in has a user and a password: '{lacks}' is missing", "write both, or none")
+    port = inside.whole("port")
+    if port > _LAST_PORT:
+        inside.wrong("port", "E062", f"'port' must be at most {_LAST_PORT}")
+        return None
+    return port
 
 
 def read_secret(keys: Keys, key: str, problems: Problems) -> SecretAt | None:
@@ -146,3 +170,9 @@ def read_secret(keys: Keys, key: str, problems: Problems) -> SecretAt | None:
         problems.add("E008", file.mark, what, "such as: {file: secrets/room.url}")
         return None
     return SecretAt(file=file.text)
+
+
+WAYS: Final[Mapping[str, Callable[[Keys, Problems], Receiver | None]]] = MappingProxyType(
+    {"webhook": _webhook, "mail": _mail, "mqtt": _mqtt}
+)
+"""The ways to who is told; a channel has exactly one."""

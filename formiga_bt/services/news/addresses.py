@@ -55,6 +55,21 @@ def _inner(address: Address) -> Address:
     return address.ipv4_mapped or address.sixtofour or (teredo[1] if teredo is not None else address)
 
 
+async def allowed(host: str, port: int, *, private: bool) -> str:
+    """Return the first address of a host that something may be sent to.
+
+    Raises:
+        OSError: there is none.
+    """
+    last = OSError()
+    for *_, at in await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM):
+        why = why_not(str(at[0]), private=private)
+        if not why:
+            return str(at[0])
+        last = ForbiddenAddressError(why)
+    raise last
+
+
 async def connected(host: str, port: int, *, private: bool) -> socket.socket:
     """Return a connection to the first address of a host that takes one.
 

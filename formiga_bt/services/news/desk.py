@@ -22,7 +22,7 @@ from formiga_bt.engine.kernel.inputs import EngineStep, NewsDelivered, Trouble
 from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.journal.outbox import NewsItem, news_of
 from formiga_bt.lang.model import Site
-from formiga_bt.lang.model.news import Channel, Mail, Receiver, Webhook
+from formiga_bt.lang.model.news import Channel, Mail, Mqtt, Receiver, Webhook
 from formiga_bt.services.news.channel import ChannelWork
 from formiga_bt.services.news.log import NewsLog, Read
 from formiga_bt.services.news.message import Message, message_of, test_message
@@ -254,6 +254,10 @@ def _sender(to: Receiver, beside: Path) -> Sender | None:
             from formiga_bt.services.news.mail import MailSender
 
             return MailSender(to, beside)
+        case Mqtt():
+            from formiga_bt.services.news.mqtt import MqttSender
+
+            return MqttSender(to, beside)
         case _:
             assert_never(to)
 
@@ -267,6 +271,8 @@ def _lacks(to: Receiver) -> str:
             needed: tuple[str, ...] = ("aiohttp", "standardwebhooks")
         case Mail():
             needed = ("aiosmtplib",)
+        case Mqtt():
+            needed = ("aiomqtt",)
         case _:
             assert_never(to)
     missing = [name for name in needed if find_spec(name) is None]

@@ -12,7 +12,7 @@ class ChannelFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     name: str
     way: str
-    """webhook or mail."""
+    """webhook, mail or mqtt."""
     what: tuple[str, ...]
     """alarms, questions, ends."""
     severity: str

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.lang.model.news import WHATS, Channel, Mail, Quiet, SecretAt, Webhook
+from formiga_bt.lang.model.news import WHATS, Channel, Mail, Mqtt, Quiet, SecretAt, Webhook
 from formiga_bt.lang.site import load_site_text
 
 BASE = "formiga_site: 1\nname: meadow\nbase: {lat: 66.5, lng: 25.7}\n"
@@ -93,6 +93,17 @@ def test_a_mistake_in_a_mail_is_told(more: str, code: str) -> None:
 )
 def test_what_is_no_address_is_told(address: str) -> None:
     assert "E008" in [code for code, _ in read(f"  room: {{mail: {{host: h, from: a@b.c, to: [{address}]}}}}")[1]]
+
+
+def test_a_topic_of_a_broker() -> None:
+    found, problems = read("  room: {mqtt: {host: broker.example.org, topic: meadow/news}}")
+    assert problems == []
+    assert found["room"].to == Mqtt(host="broker.example.org", port=8883, topic="meadow/news")
+
+
+@pytest.mark.parametrize("topic", ["meadow/#", "+/news", "''", "a b"])
+def test_what_is_no_topic_is_told(topic: str) -> None:
+    assert "E008" in [code for code, _ in read(f"  room: {{mqtt: {{host: h, topic: {topic}}}}}")[1]]
 
 
 def test_a_channel_has_one_way() -> None:
