@@ -9,7 +9,7 @@ from typing import Final, get_args
 from formiga_bt.lang.keyed import Keys, read_inside
 from formiga_bt.lang.model.news import WHATS, Channel, Mail, Mqtt, Quiet, Receiver, SecretAt, Webhook, What
 from formiga_bt.lang.site.keys import CHANNEL, MAIL, MQTT, SECRET, WEBHOOK
-from formiga_bt.lang.text.document import Entry
+from formiga_bt.lang.text.document import Entry, Mapping_
 from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, read_words, shorten
 from formiga_bt.lang.text.synonyms import surely
 
@@ -152,7 +152,7 @@ def read_secret(keys: Keys, key: str, problems: Problems) -> SecretAt | None:
     inside = read_inside(keys[key].value, SECRET, problems, key, f"'{key}'")
     file, env = inside.text("file"), inside.text("env")
     if (file is None) == (env is None):
-        if len(inside) != 1:
+        if len(inside) != 1 and isinstance(keys[key].value, Mapping_):
             keys.wrong(
                 key, "E008", f"'{key}' stands in a file, or in the environment", "write {file: NAME}, or {env: NAME}"
             )
