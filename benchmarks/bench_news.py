@@ -31,6 +31,7 @@ from standardwebhooks import Webhook
 from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.author.starts import start as first_file
 from formiga_bt.journal.store import Journal
+from formiga_bt.services.news.message import id_of, name_of
 
 SECRET = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"
 CHANNEL = "news:\n  room: {webhook: {url: {file: room.url}, secret: {file: room.secret}, private: true}}\n"
@@ -257,13 +258,13 @@ def outbox(folder: Path) -> list[str]:
     """Return the ids of all news that the journal of a site holds, without those of the engine that this is."""
     from formiga_bt.base.site_folder import SiteFolder
 
-    engine_id = SiteFolder(folder, "meadow").engine_id()
+    engine = name_of(SiteFolder(folder, "meadow").engine_id())
     found = []
     with Journal(folder / ".formiga" / "meadow" / "journal.db", "meadow", read_only=True) as journal:
         for urgent in (True, False):
             after = 0
             while items := journal.news(after, urgent=urgent, most=1000):
-                found += [f"{engine_id}.{one.at}.{one.seq}.{one.n}" for one in items]
+                found += [id_of(one, engine) for one in items]
                 after = items[-1].seq
     return found
 

@@ -11,6 +11,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from formiga_bt.base.errors import TaskError
+from formiga_bt.base.severities import SEVERITIES
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.alarm_records import BREACH, NOTIFY, AlarmRecord, AlarmTurn, severity_of
@@ -22,7 +23,7 @@ from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import AlarmDue
 
 MOST: Final = 500
-"""So many alarms are kept; of more the oldest that is cleared goes, else the oldest that is acknowledged, else the oldest."""
+"""So many alarms are kept; of more the oldest that is cleared goes, else one that is acknowledged, else the quietest."""
 MOST_TEXT: Final = 2000
 """Letters of an alarm's text: what it says may come from an agent."""
 KEPT_CLEARED: Final = 100
@@ -59,6 +60,11 @@ OF_SITE: Final[Mapping[str, Callable[[EngineState], bool]]] = MappingProxyType(
     }
 )
 """Code -> whether what it says of the site is still so."""
+
+
+def _staying(alarm: AlarmRecord) -> tuple[int, int]:
+    """Return how much an alarm has a right to stay: whoever raises many quiet ones drives out no critical one."""
+    return ("cleared", "acknowledged", "raised").index(alarm.state), SEVERITIES.index(alarm.severity)
 
 
 class Alarms:
@@ -232,8 +238,7 @@ class Alarms:
         for alarm in cleared[: max(0, len(cleared) - KEPT_CLEARED)]:
             self._core.emit(ch.AlarmDrop(alarm.id))
         while len(alarms) > MOST:
-            ranks = ("cleared", "acknowledged", "raised")
-            oldest = min(alarms.values(), key=lambda alarm: ranks.index(alarm.state))
+            oldest = min(alarms.values(), key=_staying)
             self._core.emit(ch.AlarmDrop(oldest.id))
             self._forget(oldest)
             self._forget_deadlines(oldest.id)

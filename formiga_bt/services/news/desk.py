@@ -25,7 +25,7 @@ from formiga_bt.lang.model import Site
 from formiga_bt.lang.model.news import Channel, Mail, Mqtt, Receiver, Webhook
 from formiga_bt.services.news.channel import ChannelWork
 from formiga_bt.services.news.log import NewsLog, Read
-from formiga_bt.services.news.message import Message, message_of, test_message
+from formiga_bt.services.news.message import Message, message_of, name_of, test_message
 from formiga_bt.services.news.sending import Outcome, Sender
 from formiga_bt.services.refused import Refused
 from formiga_bt.show.facts import ChannelFact, ChannelList, ChannelTried
@@ -69,7 +69,7 @@ class NewsDesk:
         note: Callable[[NewsDelivered], object],
         now: Callable[[], Micros],
     ) -> None:
-        self._site, self._beside, self._engine_id = site, beside, engine_id
+        self._site, self._beside, self._name = site, beside, name_of(engine_id)
         self._note, self._now = note, now
         self._zone = ZoneInfo(site.timezone)
         self._news = NewsLog(began, read)
@@ -80,6 +80,8 @@ class NewsDesk:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
         self._up = threading.Event()
+        self._ended = ""
+        """Why no more news leave the engine, or empty."""
         self._main_task: asyncio.Task[None] | None = None
 
     # -- the thread --------------------------------------------------------------------------------------------------
@@ -124,6 +126,7 @@ class NewsDesk:
             pass
         except Exception:  # the engine goes on without
             log.exception("no more news leave the engine")
+            self._ended = "by a bug, which the log tells; a new start of the engine tells them"
         finally:
             self._up.set()
 
@@ -170,7 +173,7 @@ class NewsDesk:
             self._noted = marks
 
     def _message(self, item: NewsItem, channel: Channel) -> Message:
-        return message_of(item, channel, self._site.name, self._engine_id)
+        return message_of(item, channel, self._site.name, self._name)
 
     # -- what people ask -----------------------------------------------------------------------------------------------
     def all(self) -> ChannelList:
@@ -195,7 +198,7 @@ class NewsDesk:
         """Return which channels cannot tell their news, for `StandingAlarms`."""
         now = time.monotonic()
         for channel in self._site.news.values():
-            if lack := _lacks(channel.to):
+            if lack := self._ended or _lacks(channel.to):
                 yield Trouble(
                     "news_failing", channel.name, f"the channel {channel.name} of the news cannot be used: {lack}"
                 )
@@ -236,7 +239,7 @@ class NewsDesk:
         sender = _sender(channel.to, self._beside)
         assert sender is not None, "its packages are there"
         try:
-            return await sender.send(test_message(self._site.name, self._engine_id, self._now()))
+            return await sender.send(test_message(self._site.name, self._name, self._now()))
         finally:
             await sender.close()
 

@@ -4,6 +4,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from itertools import takewhile
 from typing import Final
 
 from formiga_bt.journal.outbox import NewsItem
@@ -51,11 +52,15 @@ class NewsLog:
             with self._lock:
                 floor = self._complete_after
                 if seq >= floor:
-                    return _page([one for one in self._items if one.seq > seq and one.urgent is urgent])
+                    return _page([one for one in self._later(seq) if one.urgent is urgent])
             found = await asyncio.to_thread(self._read, seq, urgent, PAGE) if self._read is not None else ()
             if found:
                 return list(found)
             seq = floor
+
+    def _later(self, seq: int) -> list[NewsItem]:
+        """Return what is at hand of steps after one; the driver's thread waits meanwhile, so only that is looked at."""
+        return list(takewhile(lambda one: one.seq > seq, reversed(self._items)))[::-1]
 
 
 def _page(items: list[NewsItem]) -> list[NewsItem]:

@@ -143,11 +143,13 @@ def test_alarms_are_bounded_and_those_that_nobody_saw_stay_longest(tmp_path: Pat
     bench.driver.feed(HouseState(first))
     bench.driver.feed(HouseState(()))
     assert len(bench.engine.state.alarms) == KEPT_CLEARED
+    bench.ask(LockdownOrder("hold", by="ann"))
     flood = tuple(Trouble("set_aside", f"other {n}", "unreadable") for n in range(MOST + 50))
     bench.driver.feed(HouseState(flood))
     kept = bench.engine.state.alarms
     assert len(kept) == MOST
     assert {one.state for one in kept.values()} == {"raised"}
+    assert known(bench, "lockdown").state == "raised"  # what is critical is not driven out
     bench.check()
 
 
