@@ -13,20 +13,20 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Final, assert_never
+from typing import Final
 from zoneinfo import ZoneInfo
 
 from formiga_bt.base.clock import Micros
-from formiga_bt.base.extras import install
 from formiga_bt.engine.kernel.inputs import EngineStep, NewsDelivered, Trouble
 from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.journal.outbox import NewsItem, news_of
 from formiga_bt.lang.model import Site
-from formiga_bt.lang.model.news import Channel, Mail, Mqtt, Receiver, Webhook
+from formiga_bt.lang.model.news import Channel
 from formiga_bt.services.news.channel import ChannelWork
 from formiga_bt.services.news.log import NewsLog, Read
 from formiga_bt.services.news.message import Message, message_of, name_of, test_message
-from formiga_bt.services.news.sending import Outcome, Sender
+from formiga_bt.services.news.sending import Outcome
+from formiga_bt.services.news.ways import lacks, sender_of
 from formiga_bt.services.refused import Refused
 from formiga_bt.show.facts import ChannelFact, ChannelList, ChannelTried
 
@@ -139,7 +139,7 @@ class NewsDesk:
                 hour=lambda: datetime.now(self._zone), clock=time.monotonic,
             )
             for channel in self._site.news.values()
-            if (sender := _sender(channel.to, self._beside)) is not None
+            if (sender := sender_of(channel.to, self._beside)) is not None
         )  # fmt: skip
         tasks = [asyncio.ensure_future(work.run()) for work in self._works]
         self._main_task = asyncio.current_task()
@@ -191,14 +191,14 @@ class NewsDesk:
             sent=stands.sent if stands is not None else 0,
             passed_over=stands.passed_over if stands is not None else 0,
             waits_since=waits.at if waits is not None else None,
-            text=stands.text if stands is not None else _lacks(channel.to),
+            text=stands.text if stands is not None else lacks(channel.to),
         )  # fmt: skip
 
     def troubles(self) -> Iterable[Trouble]:
         """Return which channels cannot tell their news, for `StandingAlarms`."""
         now = time.monotonic()
         for channel in self._site.news.values():
-            if lack := self._ended or _lacks(channel.to):
+            if lack := self._ended or lacks(channel.to):
                 yield Trouble(
                     "news_failing", channel.name, f"the channel {channel.name} of the news cannot be used: {lack}"
                 )
@@ -223,7 +223,7 @@ class NewsDesk:
             raise Refused("unknown_channel", f"the site has no channel '{name}' of news", f"it has: {known}")
         self._up.wait(STOP_S)
         loop = self._loop
-        if loop is None or (lack := _lacks(channel.to)):
+        if loop is None or (lack := lacks(channel.to)):
             return ChannelTried(name, False, lack if loop is not None else "no news leave this engine now", 0.0)
         began = time.monotonic()
         future: Future[Outcome] = asyncio.run_coroutine_threadsafe(self._try(channel), loop)
@@ -236,47 +236,9 @@ class NewsDesk:
         return ChannelTried(name, outcome.how == "delivered", text, time.monotonic() - began)
 
     async def _try(self, channel: Channel) -> Outcome:
-        sender = _sender(channel.to, self._beside)
+        sender = sender_of(channel.to, self._beside)
         assert sender is not None, "its packages are there"
         try:
             return await sender.send(test_message(self._site.name, self._name, self._now()))
         finally:
             await sender.close()
-
-
-def _sender(to: Receiver, beside: Path) -> Sender | None:
-    """Return the way to a receiver; None: its packages are not installed."""
-    if _lacks(to):
-        return None
-    match to:
-        case Webhook():
-            from formiga_bt.services.news.webhook import WebhookSender
-
-            return WebhookSender(to, beside)
-        case Mail():
-            from formiga_bt.services.news.mail import MailSender
-
-            return MailSender(to, beside)
-        case Mqtt():
-            from formiga_bt.services.news.mqtt import MqttSender
-
-            return MqttSender(to, beside)
-        case _:
-            assert_never(to)
-
-
-def _lacks(to: Receiver) -> str:
-    """Return what is to be installed for a receiver, or an empty text."""
-    from importlib.util import find_spec
-
-    match to:
-        case Webhook():
-            needed: tuple[str, ...] = ("aiohttp", "standardwebhooks")
-        case Mail():
-            needed = ("aiosmtplib",)
-        case Mqtt():
-            needed = ("aiomqtt",)
-        case _:
-            assert_never(to)
-    missing = [name for name in needed if find_spec(name) is None]
-    return f"{' and '.join(missing)} not installed here: {install('news')}" if missing else ""

@@ -262,3 +262,19 @@ def test_keys_that_do_not_fit_are_named_each_with_its_command(doctor: Callable[.
     assert code == 1
     assert {one["where"] for one in found if one["level"] == "fail"} == {str(keys / "ca.key"), str(keys / "engine")}
     assert [one["fix"] for one in found if one["where"] == str(keys / "router")] == ["formiga access ca"]
+
+
+def test_a_channel_of_the_news_without_its_secret_is_named(doctor: Callable[..., Any], tmp_path: Path) -> None:
+    with (tmp_path / "site.yaml").open("a", encoding="utf-8") as file:
+        file.write("news:\n  room: {webhook: {url: {file: room.url}, secret: {env: NO_SUCH_WORD}}}\n")
+    _, wrong = doctor()
+    assert [(one["check"], one["level"]) for one in wrong if one["check"] == "news"] == [
+        ("news", "fail"),
+        ("news", "warn"),
+    ]
+    (tmp_path / "room.url").write_text("https://example.org/key123")
+    (tmp_path / "room.url").chmod(0o644)
+    _, wrong = doctor()
+    (first, _) = [one for one in wrong if one["check"] == "news"]
+    assert "chmod 600" in first["fix"]
+    assert "key123" not in str(wrong)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from formiga_bt.cli.operator.checkup import engine, files, kept, machine, secured
+from formiga_bt.cli.operator.checkup import engine, files, kept, machine, news, secured
 from formiga_bt.cli.operator.checkup.finding import Check
 
 CHECKS: Final = (
@@ -10,6 +10,7 @@ CHECKS: Final = (
     Check("tasks", "the task files beside the site", files.tasks),
     Check("files", "the files of the runtime folder: they can be used, and are their owner's alone", files.private),
     Check("keys", "keys of the engine, the router and the agents", secured.keys),
+    Check("news", "channels of the news: their packages and their secrets", news.channels),
     Check("python", "versions of Python and of the libraries", machine.versions),
     Check("clock", "this machine's clock, and the engine's", machine.clock),
     Check("disk", "room on the disks, and how long they take to keep something", machine.disks),

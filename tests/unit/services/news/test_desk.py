@@ -29,7 +29,7 @@ def test_a_bug_ends_no_engine_and_is_told(tmp_path: Path, monkeypatch: pytest.Mo
     def broken(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(desk, "_sender", broken)
+    monkeypatch.setattr(desk, "sender_of", broken)
     one = made(tmp_path, SITE, [])
     one.start()
     one.stop()
