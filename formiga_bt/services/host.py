@@ -227,7 +227,8 @@ class EngineHost:
         self.news = NewsDesk(
             self.site, self._beside, engine_id=self._engine_id, began=state.seq, marks=state.news,
             read=None if history is None else lambda seq, urgent, most: history.news(seq, urgent=urgent, most=most),
-            note=lambda given: self.driver.post(given), now=lambda: self.driver.now(),
+            note=lambda given: self.driver.post(given), keep=lambda given: self.driver.ask(given),
+            now=lambda: self.driver.now(),
         )  # fmt: skip
         once = [OneEach(wire, self._desk_types) for wire in self._wires]
         wires: list[AgentTransport] = [self._desk, *once]

@@ -17,6 +17,7 @@ from typing import Final
 from zoneinfo import ZoneInfo
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.engine.kernel.inputs import EngineStep, NewsDelivered, Trouble
 from formiga_bt.engine.kernel.news_marks import NewsMark
 from formiga_bt.journal.outbox import NewsItem, news_of
@@ -54,6 +55,7 @@ class NewsDesk:
         marks: how far each channel had come by then.
         read: reads the outbox; None: there is no journal.
         note: takes an input for the engine.
+        keep: the same, and returns when it is kept.
         now: engine time.
     """
 
@@ -67,10 +69,11 @@ class NewsDesk:
         marks: Mapping[str, NewsMark],
         read: Read | None,
         note: Callable[[NewsDelivered], object],
+        keep: Callable[[NewsDelivered], object],
         now: Callable[[], Micros],
     ) -> None:
         self._site, self._beside, self._name = site, beside, name_of(engine_id)
-        self._note, self._now = note, now
+        self._note, self._keep, self._now = note, keep, now
         self._zone = ZoneInfo(site.timezone)
         self._news = NewsLog(began, read)
         begin = NewsMark(began, began)
@@ -87,9 +90,13 @@ class NewsDesk:
     # -- the thread --------------------------------------------------------------------------------------------------
     def start(self) -> None:
         """Start to deliver, if the site has channels."""
+        if self._marks != self._noted:  # before anything happens: after a kill, a new channel begins here and not later
+            try:
+                self._keep(NewsDelivered(self._marks))
+                self._noted = self._marks
+            except FormigaError as error:
+                log.warning("it is not kept yet where the news begin: %s", error.text)
         if not self._site.news:
-            if self._noted:
-                self._note(NewsDelivered({}))
             return
         self._thread = threading.Thread(target=self._run, name="formiga-news", daemon=True)
         self._thread.start()
