@@ -105,7 +105,7 @@ def _why_out(agent: AgentFact) -> str:
         "not heard of": agent.liveness != "ALIVE",
         f"under the control of {agent.control}": agent.control not in ("", "engine"),
         f"breaches {agent.breach}": agent.breach,
-        "was started anew: formiga agents clear": agent.rebooted,
+        f"was started anew: formiga agents clear {agent.id}": agent.rebooted,
         "parked away from its place": agent.pool == "PARKED_AWAY",
         f"works for {agent.task}": agent.task,
         "in the air": agent.landed == "airborne",

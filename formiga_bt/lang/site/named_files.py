@@ -1,4 +1,7 @@
-"""The files beside a site file that its text names: catalogues, the heights of its ground, and what else is named."""
+"""The files beside a site file that its text names: catalogues, the heights of its ground, and what else is named.
+
+The files that `news` names are secrets: whoever copies a site copies none of them, so that its copy tells nobody anything.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,9 +11,11 @@ from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
 
 def named_files(text: str, file: Path) -> list[Path]:
-    """Return the files that some word of a site's text is the path of, looked up beside the site file."""
+    """Return the files that some word of a site's text is the path of, looked up beside the site file; no secrets of news."""
     root, _ = parse_file(text, str(file))
-    found = (file.parent / word for word in _words(root) if word and "\0" not in word and len(word) < 1000)
+    parts = root.entries if isinstance(root, Mapping_) else ()
+    words = (word for part in parts if part.key.text != "news" for word in _words(part.value))
+    found = (file.parent / word for word in words if word and "\0" not in word and len(word) < 1000)
     return list(dict.fromkeys(one for one in found if _is_file(one)))
 
 

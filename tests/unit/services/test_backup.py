@@ -77,6 +77,24 @@ def test_it_has_what_a_start_elsewhere_needs_and_nothing_else(made: Path) -> Non
     assert [one.name for one in made.parent.iterdir() if one.name.startswith(".")] == []
 
 
+def test_secrets_of_news_are_not_in_it_so_a_copy_tells_nobody(site: Path, tmp_path: Path) -> None:
+    (site / "secrets").mkdir(mode=0o700)
+    for name in ("room.url", "room.secret", "mail.password"):
+        (site / "secrets" / name).write_text("hush-hush")
+    news = "webhook: {url: {file: secrets/room.url}, secret: {file: secrets/room.secret}}"
+    mail = "mail: {host: a.example, from: a@b.example, to: [a@b.example], user: a, password: {file: secrets/mail.password}}"
+    with (site / "site.yaml").open("a", encoding="utf-8") as file:
+        file.write(f"news:\n  room:\n    {news}\n  night:\n    {mail}\n")
+    for also_wrong in ("", "nonsense: true\n"):  # a site file with an error is backed up too
+        with (site / "site.yaml").open("a", encoding="utf-8") as file:
+            file.write(also_wrong)
+        assert run(["backup", str(tmp_path / "b.zip"), "--force"]) == 0
+        kept = zipfile.ZipFile(tmp_path / "b.zip")
+        assert [one for one in kept.namelist() if "secret" in one] == []
+        assert "site/ground/heights.asc" in kept.namelist()
+        assert not any(b"hush-hush" in kept.read(one) for one in kept.namelist())
+
+
 def test_attachments_come_along_where_that_is_said(site: Path, tmp_path: Path) -> None:
     assert run(["backup", str(tmp_path / "all.zip"), "--attachments"]) == 0
     assert "runtime/attachments/photo" in zipfile.ZipFile(tmp_path / "all.zip").namelist()
