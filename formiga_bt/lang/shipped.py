@@ -43,13 +43,18 @@ def _where(at: Scalar, section: str) -> Iterator[str]:
 
 
 def _beside(file: Path) -> Iterator[tuple[str, Path]]:
-    """Iterate over the files in the folder of a file and in its `actions`, as a site there would name them."""
+    """Iterate over the files in the folder of a file and in its `actions`, as a site there would name them.
+
+    Of a task in `trees`, that is the folder above it.
+    """
     if not file.is_file():  # it was given as a text
         return
-    found = [*sorted(file.parent.glob("*.yaml")), *sorted((file.parent / "actions").glob("*.yaml"))]
+    folder = file.absolute().parent
+    folder = folder.parent if folder.name == "trees" else folder
+    found = [*sorted(folder.glob("*.yaml")), *sorted((folder / "actions").glob("*.yaml"))]
     for path in found[:_MOST_BESIDE]:
-        if path != file:
-            yield path.relative_to(file.parent).as_posix(), path
+        if path != file.absolute():
+            yield path.relative_to(folder).as_posix(), path
 
 
 def _has(path: Path, entry: re.Pattern[str]) -> bool:

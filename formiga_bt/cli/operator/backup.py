@@ -30,7 +30,8 @@ def command(
     """Write a site into one file: site file, trees, catalogues, journal, accounts, approvals, flight log.
 
     The engine may run, and nobody waits for it. The file is read again before it gets its name. It is its owner's alone:
-    it has the site's token, accounts and keys. Example: formiga backup meadow.zip; back again: formiga restore meadow.zip --into FOLDER
+    it has the site's token, accounts and keys, but no secrets of news.
+    Example: formiga backup meadow.zip; back again: formiga restore meadow.zip --into FOLDER
     """
     if is_demo(site) or not site.is_file():
         raise UnusableFile(f"there is no site file {site}", help="name it: formiga backup FILE --site FILE")

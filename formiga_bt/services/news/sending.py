@@ -69,7 +69,8 @@ def read_secret(at: SecretAt, beside: Path) -> str:
                 raise NoSecret(f"{at.file} can be read by others", help=f"chmod 600 {at.file}")
             found = file.read(MOST_SECRET).decode("utf-8").strip()
     except OSError as error:
-        raise NoSecret(f"{at.file} cannot be read: {error.strerror or error}") from None
+        fix = f"put it there, with the mode 0600: (umask 077; cat > {at.file})"
+        raise NoSecret(f"{at.file} cannot be read: {error.strerror or error}", help=fix) from None
     except UnicodeDecodeError:
         raise NoSecret(f"{at.file} is no text") from None
     if not found:

@@ -46,6 +46,17 @@ def test_a_catalogue_beside_the_task_is_named(tmp_path: Path) -> None:
     assert "garden" not in told["E021 6"]
 
 
+def test_of_a_task_in_trees_the_catalogue_of_its_site_is_named(tmp_path: Path) -> None:
+    for folder in ("actions", "trees"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "actions" / "garden.yaml").write_text(OWN, encoding="utf-8")
+
+    told = said(tmp_path / "trees")
+
+    assert "actions: [actions/garden.yaml] in site.yaml" in told["E020 3"]
+    assert "actions: [actions/garden.yaml] in site.yaml" in told["E021 5"]
+
+
 def test_a_type_is_no_action_and_one_of_a_file_that_is_no_catalogue_is_none(tmp_path: Path) -> None:
     (tmp_path / "else.yaml").write_text("steps:\n  mole:\n  Dig:\n", encoding="utf-8")
 
