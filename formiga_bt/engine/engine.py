@@ -376,8 +376,8 @@ class Engine:
                     self.tasks.abort(order)
             case nw.AllHome(task):
                 self.tasks.end(task)
-            case nw.TaskEnds(task):
-                self.orders.ended_by_word(task)
+            case nw.TaskEnds(task, is_over):
+                self.orders.ended_by_word(task, is_over=is_over)
             case nw.StepsStopped(task):
                 self.orders.cleanup_goes_on(task)
             case nw.EventKept(kept):

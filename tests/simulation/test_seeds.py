@@ -40,6 +40,7 @@ FOUND = {
     50007: "a task that was not resumed was HELD for a word for a goal that was gone",
     60077: "a machine came home to a bay beside which another one stood, and waited for it on the lanes",
     60163: "after a long outage a machine on its way home was HELD, and no person could let it go on",
+    61314: "an order that ended with its task began a way home that the end of the task threw away",
     60695: "a machine that had stood still began a goal that had expired, on a way that was another's by then",
     15815: "an order that replaced another left a way home behind that nobody had ordered",
 }

@@ -125,6 +125,8 @@ class TaskEnds(Struct, frozen=True):
     """A task ends, or a person ends it: it is held no more."""
 
     task: str
+    is_over: bool = False
+    """Nothing of it is left to do, also no way home."""
 
 
 class StepsStopped(Struct, frozen=True):

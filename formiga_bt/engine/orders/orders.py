@@ -155,8 +155,14 @@ class StandingOrders:
         self._core.emit(ch.OrderPut(order.agent, order))
         self._core.stale.add(order.agent)
 
-    def withdraw(self, order: StandingOrder, *, replaced: bool = False) -> None:
-        """An order stands no more: what carries it out ends; its machine hovers until the next word."""
+    def withdraw(self, order: StandingOrder, *, replaced: bool = False, is_over: bool = False) -> None:
+        """An order stands no more: what carries it out ends; its machine hovers until the next word.
+
+        Args:
+            order: stands no more.
+            replaced: by another one.
+            is_over: the task of its machine has nothing left to do, also no way home.
+        """
         core = self._core
         core.clear_deadline(OrderDue(order.agent))
         core.emit(ch.OrderPut(order.agent, None))
@@ -167,7 +173,8 @@ class StandingOrders:
             self._system_tasks.end(task.id)
             self._replaced = ""
         if not replaced:
-            self._system_tasks.ordered_home(core.state.agents[order.agent].task)
+            if not is_over:
+                self._system_tasks.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
 
     def bring_home_if_idle(self, agent_id: str, by: str) -> None:
@@ -375,8 +382,8 @@ class StandingOrders:
             hold(self._core, agent.task, OperatorHold(agent_id))  # a person must say what else
 
     # -- ends ------------------------------------------------------------------------------------------------------
-    def ended_by_word(self, task_id: str) -> None:
-        """A person ends a task: it is held no more; machines that hover for it are free to come home."""
+    def ended_by_word(self, task_id: str, *, is_over: bool = False) -> None:
+        """A person ends a task, or it is over: it is held no more; machines that hover for it are free to come home."""
         core = self._core
         task = core.task(task_id)
         if task.system.agent:
@@ -386,11 +393,11 @@ class StandingOrders:
             if order is None or order.scope == "lockdown":
                 continue
             if order.stop == "hold":
-                self._lift(order, agent)
+                self._lift(order, agent, is_over=is_over)
             elif order.scope == "task":
                 self.put(replace(order, scope="engine"))
                 if order.state != "open":
-                    self._lift(order, agent)
+                    self._lift(order, agent, is_over=is_over)
         for cause in core.task(task_id).hold.causes:
             if waits_for_word(cause):
                 unhold(core, task_id, cause)
@@ -401,9 +408,9 @@ class StandingOrders:
             if agent.id not in self._core.state.orders and agent.control == "engine" and not agent.taken:
                 self.resume(agent, steps=False)
 
-    def _lift(self, order: StandingOrder, agent: AgentRecord) -> None:
+    def _lift(self, order: StandingOrder, agent: AgentRecord, *, is_over: bool = False) -> None:
         """An order ends with its task: cleanup, or a way home, that it stopped goes on."""
-        self.withdraw(order)
+        self.withdraw(order, is_over=is_over)
         if not agent.taken:
             self.resume(agent, steps=False)
 

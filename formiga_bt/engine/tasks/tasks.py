@@ -456,7 +456,7 @@ class Tasks:
         """Every machine is home, or quarantined: release and end."""
         core = self._core
         run = core.task(task_id).run
-        core.report(TaskEnds(task_id))
+        core.report(TaskEnds(task_id, is_over=True))
         task = core.task(task_id)
         if task.section == "done" or task.run != run:
             return  # an order that ended with it was the last that it waited for: it has ended by that
