@@ -160,7 +160,7 @@ class ServiceOrders:
         with self._view.reading() as state:
             count = sum(task.request.by == by and task.section != "done" for task in state.tasks.values())
         if count >= most:
-            text = f"{count} tasks of {by} are under way, and it may have {most}"
+            text = f"{by} has {count} of the {most} tasks under way that it may have"
             raise Refused("too_many_open", text, "wait for the end of one, or abort one")
 
     def _submit(
