@@ -38,7 +38,7 @@ def unit_of_the_router() -> configparser.SectionProxy:
 def test_a_mission_goes_on_when_its_router_is_killed_or_takes_new_rules(shell: Shell) -> None:
     shell.run("access", "ca")
     shell.run("access", "agent", *AGENTS[:-1])
-    assert "formiga access agent watcher_1" in shell.run("up", "--sim", code=1)
+    assert "formiga access agent watcher_1" in shell.run("up", "--sim", "--http", "127.0.0.1:0", code=1)
     shell.run("access", "agent", AGENTS[-1])
     unit = unit_of_the_router()
     program, *words = unit["ExecStart"].split()
