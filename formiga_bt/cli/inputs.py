@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
+from formiga_bt.base.errors import TreeError
 from formiga_bt.base.errors import UnusableFile as UnusableFile
 from formiga_bt.base.near_site import SITE_FILE, site_near
 from formiga_bt.base.packaged import folder
@@ -158,6 +159,29 @@ def read_world(
     problems = tuple(one for one in found.diagnostics if one.mark.file in mine)
     sources = {name: text for name, text in found.sources.items() if name in mine}
     return CheckWorld(found.catalogue, None, problems, sources, found.files)
+
+
+def site_of(file: Path, command: str) -> "Site":
+    """Read a site; what is wrong with it is printed.
+
+    Args:
+        file: its file.
+        command: how its file is named to the verb that reads it.
+
+    Raises:
+        UnusableFile: it is not there.
+        TreeError: it, or its catalogue, has errors.
+    """
+    if not file.exists():
+        raise UnusableFile(f"there is no {file}", help=f"name the site's file: {command}")
+    world = read_world([], file)
+    errors = [one for one in world.diagnostics if one.severity == "error"]
+    if errors or world.site is None:
+        import typer  # checking files does without it
+
+        typer.echo("\n\n".join(rendered(errors, world.sources)), err=True)
+        raise TreeError("the site or its catalogue has errors")
+    return world.site
 
 
 def near(file: Path) -> Path:

@@ -13,9 +13,9 @@ import typer
 
 from formiga_bt.base.authority import read_running
 from formiga_bt.base.certificates import KeysError
-from formiga_bt.base.errors import FormigaError, TreeError, UnusableFile
+from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.base.visible import visible
-from formiga_bt.cli.inputs import read_world, rendered
+from formiga_bt.cli.inputs import site_of
 from formiga_bt.cli.printing import show_next
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def command(
     Who has keys is read at its start, and when it is told: formiga router --restart, from another terminal. It says who
     comes and goes, and who is refused what. Ctrl-C ends it: machines in the air then act as without a link.
     """
-    found = _site(site)
+    found = site_of(site, "formiga router --site FILE")
     from formiga_bt.services.listening import check_listen, keys_of, listen_of
 
     folder = keys.resolve() if keys is not None else keys_of(found)
@@ -139,14 +139,3 @@ def _moving(site: "Site", file: Path) -> list[str]:
     if there is None:
         return []
     return [one.id for one in Client(there).agents().agents if one.landed == "airborne"]
-
-
-def _site(file: Path) -> "Site":
-    if not file.exists():
-        raise UnusableFile(f"there is no {file}", help="name the site's file: formiga router --site FILE")
-    world = read_world([], file)
-    errors = [one for one in world.diagnostics if one.severity == "error"]
-    if errors or world.site is None:
-        typer.echo("\n\n".join(rendered(errors, world.sources)), err=True)
-        raise TreeError("the site or its catalogue has errors")
-    return world.site

@@ -12,7 +12,7 @@ import typer
 from msgspec import to_builtins
 
 from formiga_bt.base.durable import private_folder
-from formiga_bt.base.errors import FormigaError, SiteError, TreeError
+from formiga_bt.base.errors import FormigaError, SiteError
 from formiga_bt.base.person_secrets import (
     SECRETS,
     hashed,
@@ -24,7 +24,7 @@ from formiga_bt.base.person_secrets import (
 from formiga_bt.base.person_secrets import command as command_for
 from formiga_bt.base.private_files import changing
 from formiga_bt.base.site_folder import FOLDER
-from formiga_bt.cli.inputs import UnusableFile, is_demo, read_world, rendered
+from formiga_bt.cli.inputs import UnusableFile, is_demo, site_of
 from formiga_bt.cli.options import JsonOption, print_table
 from formiga_bt.cli.orders import accounts
 from formiga_bt.cli.printing import print_json, show_next
@@ -123,7 +123,7 @@ def command(
     if what is AccessCommand.WHO:
         _who(as_json=as_json)
         return
-    found = _site(site)
+    found = site_of(site, "formiga access ... --site FILE")
     from formiga_bt.services.http.proving import people_of
 
     people = people_of(found)
@@ -157,17 +157,6 @@ def command(
     show_next(
         *([f"formiga approve TASK --by {person}"] if "approvers" in people[person] else []), "formiga access list"
     )
-
-
-def _site(file: Path) -> "Site":
-    if not file.exists():
-        raise UnusableFile(f"there is no {file}", help="name the site's file: formiga access ... --site FILE")
-    world = read_world([], file)
-    errors = [d for d in world.diagnostics if d.severity == "error"]
-    if errors or world.site is None:
-        typer.echo("\n\n".join(rendered(errors, world.sources)), err=True)
-        raise TreeError("the site or its catalogue has errors")
-    return world.site
 
 
 def _owned(folder: Path) -> Path:

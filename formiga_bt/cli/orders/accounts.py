@@ -100,7 +100,7 @@ def limits(folder: Path, said: Said) -> None:
         requests, open_tasks = _numbers(said.words)
         made = replace(_account(register, said.name), requests=requests, open_tasks=open_tasks)
         _write(folder, register, said.name, made)
-    typer.echo(f"{said.name} may send {requests} requests a minute and have {open_tasks} tasks under way, from now on")
+    typer.echo(f"{said.name}, from now on: {requests} requests a minute, tasks under way at once: {open_tasks}")
 
 
 def _numbers(words: Sequence[str]) -> tuple[int, int]:
