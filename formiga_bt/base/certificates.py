@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import msgspec
 from msgspec import Struct
 
+from formiga_bt.base.durable import open_to_others
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.base.private_files import PrivateFileError, read_private
 
@@ -94,7 +95,7 @@ def read_keys(folder: Path, now_s: float, who: str = "") -> Keys:
         cert.verify_directly_issued_by(ca)
     except (ValueError, TypeError, InvalidSignature) as error:
         raise _unusable(folder, f"{CERT} is not of the authority of {CA}") from error
-    if (folder / KEY).stat().st_mode & 0o077:
+    if open_to_others((folder / KEY).stat()):
         raise KeysError(f"{folder / KEY} can be read by others", help=f"chmod 600 {folder / KEY}")
     if key.public_key() != cert.public_key():
         raise _unusable(folder, f"{KEY} is not the key of {CERT}")

@@ -6,6 +6,7 @@ Called by whoever keeps something on disk. Modes do not depend on the umask of w
 import fcntl
 import json
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -15,6 +16,11 @@ from formiga_bt.base.errors import SiteError
 
 PRIVATE_FILE: Final = 0o600
 PRIVATE_FOLDER: Final = 0o700
+
+
+def open_to_others(told: os.stat_result) -> bool:
+    """Say whether anybody but its owner may read, write or run a file; of a secret that is a fault."""
+    return bool(stat.S_IMODE(told.st_mode) & 0o077)
 
 
 def private_folder(path: Path) -> None:

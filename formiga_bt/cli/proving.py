@@ -4,13 +4,13 @@ Only verbs of people use this: nothing that serves assistants or writes drafts m
 """
 
 import os
-import stat
 import sys
 from getpass import getpass
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+from formiga_bt.base.durable import open_to_others
 from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
 from formiga_bt.base.person_secrets import command, find_secret, prepared, wrong
 
@@ -92,7 +92,7 @@ def _said(name: str) -> str | None:
         return None
     try:
         with Path(named).open(encoding="utf-8") as file:
-            if stat.S_IMODE(os.fstat(file.fileno()).st_mode) & 0o077:
+            if open_to_others(os.fstat(file.fileno())):
                 raise UnusableFile(f"{named} can be read by others", help=f"chmod 600 {named}")
             return file.read(10_000).rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:

@@ -6,12 +6,17 @@ that holds it. A token is never an argument of a command, which other users of t
 
 import os
 from pathlib import Path
+from typing import Final
 from urllib.parse import urlsplit
 
+from formiga_bt.base.durable import open_to_others
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.client.calls import NoEngine
 from formiga_bt.client.client import Client
+
+MOST_TOKEN: Final = 10_000
+"""Letters of a token's file that are read."""
 
 
 def _base(url: str) -> str:
@@ -41,7 +46,7 @@ def _own_token(file: Path | None) -> str:
     """Return the token for an engine elsewhere, or an empty text. It is never shown.
 
     Raises:
-        UnusableFile: the file cannot be read, or what is there is no token.
+        UnusableFile: the file cannot be read, others can read it, or what is there is no token.
     """
     named = os.environ.get("FORMIGA_TOKEN_FILE", "")
     path = file if file is not None else Path(named) if named and "FORMIGA_TOKEN" not in os.environ else None
@@ -50,7 +55,10 @@ def _own_token(file: Path | None) -> str:
     else:
         where = str(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            with path.open(encoding="utf-8") as opened:
+                if open_to_others(os.fstat(opened.fileno())):
+                    raise UnusableFile(f"{path} can be read by others", help=f"chmod 600 {path}")
+                text = opened.read(MOST_TOKEN)
         except (OSError, UnicodeDecodeError) as error:
             raise UnusableFile(
                 f"{path}: the token cannot be read: {getattr(error, 'strerror', '') or 'no text'}"

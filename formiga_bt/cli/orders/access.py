@@ -4,6 +4,9 @@ Secrets are for what a person says in mode real, approvals and duty; tokens let 
 """
 
 import os
+import pwd
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, assert_never
@@ -11,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, assert_never
 import typer
 from msgspec import to_builtins
 
+from formiga_bt.base.accounts import LOCAL
 from formiga_bt.base.durable import private_folder
 from formiga_bt.base.errors import FormigaError, SiteError
 from formiga_bt.base.person_secrets import (
@@ -29,6 +33,7 @@ from formiga_bt.cli.options import JsonOption, print_table
 from formiga_bt.cli.orders import accounts
 from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.cli.proving import new_secret, own_secret
+from formiga_bt.services.http.audit import Audit
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Site
@@ -64,6 +69,8 @@ _OF_WORDS = (
 )  # fmt: skip
 _OF_KEYS = (AccessCommand.CA, AccessCommand.AGENT, AccessCommand.PROGRAM, AccessCommand.KEYS)
 _OF_ALL = (AccessCommand.ACCOUNTS, AccessCommand.AUDIT, AccessCommand.WHO)
+_SHOWS = (*_OF_ALL, AccessCommand.LIST, AccessCommand.KEYS)
+"""They change nothing, and the audit has no line of them."""
 
 
 def command(
@@ -128,8 +135,10 @@ def command(
 
     people = people_of(found)
     folder = (Path() if is_demo(site) else site.parent).resolve() / FOLDER / found.name
+    asked = (what.value, person, *(words or ()), *(role or ()), *([agent] if agent else ()), *(task or ()))
     if what in _OF_KEYS or (what is AccessCommand.REVOKE and person == "agent"):
-        _keys(what, found, folder, [person, *(words or ())], host or [], renew=renew, as_json=as_json)
+        with _noted(folder, what, asked):
+            _keys(what, found, folder, [person, *(words or ())], host or [], renew=renew, as_json=as_json)
         return
     if what not in _OF_SECRETS:
         if what is AccessCommand.REVOKE and words:
@@ -139,7 +148,8 @@ def command(
                 f"say whose: formiga access {what.value} {'ID' if what is AccessCommand.REVOKE else 'NAME'}"
             )
         said = accounts.Said(person, tuple(words or ()), tuple(role or ()), agent, tuple(task or ()), expires)
-        _carry_out(what, _owned(folder), said, as_json=as_json)
+        with _noted(folder, what, asked):
+            _carry_out(what, _owned(folder), said, as_json=as_json)
         return
     if what is AccessCommand.LIST:
         if person or reset:
@@ -151,12 +161,36 @@ def command(
     if person not in people:
         known = ", ".join(people) or "nobody: name people in site.yaml under people and pilots"
         raise FormigaError(f"the site file of {found.name} does not name {person}; it names {known}")
-    _set(folder, person, reset=reset)
+    with _noted(folder, what, asked):
+        _set(folder, person, reset=reset)
     if found.mode != "real":
         typer.echo(f"{found.name} is in mode {found.mode}, where nobody is asked for it")
     show_next(
         *([f"formiga approve TASK --by {person}"] if "approvers" in people[person] else []), "formiga access list"
     )
+
+
+@contextmanager
+def _noted(folder: Path, what: AccessCommand, asked: Sequence[str]) -> Iterator[None]:
+    """Write into the audit what is changed, or that it was refused; of that only the verb: its words may be a secret's."""
+    done = False
+    try:
+        yield
+        done = True
+    finally:
+        if what not in _SHOWS and folder.is_dir():
+            words = " ".join(one for one in asked if one) if done else what.value
+            audit = Audit(folder)
+            audit.note(LOCAL, _user(), "formiga access", words, 200 if done else 403)
+            audit.close()
+
+
+def _user() -> str:
+    """Return the system's name of whoever runs this."""
+    try:
+        return f"user {pwd.getpwuid(os.geteuid()).pw_name}"
+    except KeyError:
+        return f"user {os.geteuid()}"
 
 
 def _owned(folder: Path) -> Path:

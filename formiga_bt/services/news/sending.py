@@ -7,6 +7,7 @@ from typing import Final, Literal, Protocol
 
 from msgspec import Struct
 
+from formiga_bt.base.durable import open_to_others
 from formiga_bt.base.errors import FormigaError
 from formiga_bt.lang.model.news import SecretAt
 from formiga_bt.services.news.message import Message
@@ -65,7 +66,7 @@ def read_secret(at: SecretAt, beside: Path) -> str:
             told = os.fstat(file.fileno())
             if not stat.S_ISREG(told.st_mode) or told.st_size > MOST_SECRET:
                 raise NoSecret(f"{at.file} is no file with a secret")
-            if stat.S_IMODE(told.st_mode) & 0o077:
+            if open_to_others(told):
                 raise NoSecret(f"{at.file} can be read by others", help=f"chmod 600 {at.file}")
             found = file.read(MOST_SECRET).decode("utf-8").strip()
     except OSError as error:

@@ -10,6 +10,7 @@ import pytest
 from formiga_bt.base.accounts import ACCOUNTS, MOST_TOKENS, find_account, read_register
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.starts import start
+from formiga_bt.services.http.audit import read_audit
 from tests.golden import Wording
 
 Capture = pytest.CaptureFixture[str]
@@ -96,6 +97,18 @@ def test_tokens_of_an_account_are_bounded_and_a_broken_file_lets_nobody_change_i
     os.symlink(folder / "nowhere", folder / ACCOUNTS)
     assert said("accounts") in (1, 2)
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_changes_of_accounts_and_secrets_are_in_the_audit_and_no_word_of_a_refused_one(folder: Path) -> None:
+    said("add", "ann", "--role", "viewer")
+    said("token", "ann")
+    said("revoke", "a-whole-token-by-mistake")
+    said("accounts")
+    assert [(one["asked"], one["status"]) for one in read_audit(folder)] == [
+        ("formiga access add ann viewer", 200),
+        ("formiga access token ann", 200),
+        ("formiga access revoke", 403),
+    ]
 
 
 def test_without_accounts_it_says_who_may_do_everything(capsys: Capture, wording: Wording) -> None:

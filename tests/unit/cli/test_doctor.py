@@ -24,6 +24,7 @@ from formiga_bt.client import Client
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.store import Journal
 from formiga_bt.show.facts import EngineHealth, EngineLoad, LockdownFact
+from tests.e2e.killing import free_port
 
 Found = list[dict[str, Any]]
 
@@ -146,6 +147,15 @@ def test_a_port_that_is_held_names_its_holder(doctor: Callable[..., Any]) -> Non
     assert f"process {os.getpid()}," in found["what"]
 
 
+def test_the_port_of_a_router_that_does_not_run_is_looked_at(doctor: Callable[..., Any], tmp_path: Path) -> None:
+    site = tmp_path / "site.yaml"
+    with socket.create_server(("127.0.0.1", 0)) as held:
+        where = f"127.0.0.1:{held.getsockname()[1]}"
+        site.write_text(site.read_text().replace("listen: tcp/127.0.0.1:0", f'listen: "tls/{where}", keys: keys'))
+        _, found = doctor()
+    assert [one["where"] for one in found if one["check"] == "ports"] == [where]
+
+
 def test_a_clock_that_nobody_keeps_right_is_told(doctor: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     for told in (ClockSync(False, 0.0), ClockSync(True, 3.5), None):
         monkeypatch.setattr(machine, "clock_sync", lambda told=told: told)
@@ -235,7 +245,9 @@ def test_an_engine_that_says_nothing_is_told_in_time() -> None:
 def test_keys_that_do_not_fit_are_named_each_with_its_command(doctor: Callable[..., Any], tmp_path: Path) -> None:
     keys, now_s = tmp_path / "keys", time.time()
     site = tmp_path / "site.yaml"
-    site.write_text(site.read_text().replace("listen: tcp/127.0.0.1:0", 'listen: "tls/127.0.0.1:7447", keys: keys'))
+    site.write_text(
+        site.read_text().replace("listen: tcp/127.0.0.1:0", f'listen: "tls/127.0.0.1:{free_port()}", keys: keys')
+    )
     code, found = doctor()
     assert (code, {(one["check"], one["level"]) for one in found}) == (1, {("keys", "fail"), ("keys", "warn")})
 

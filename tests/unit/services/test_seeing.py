@@ -246,6 +246,11 @@ def test_a_token_that_is_wrong_or_missing_is_never_shown(
     monkeypatch.setenv("FORMIGA_URL", service.url + "/v1/")
     assert connect().health().site == "meadow"
     (tmp_path / "token").write_text("s3\ncret", encoding="utf-8")
+    (tmp_path / "token").chmod(0o644)
+    with pytest.raises(UnusableFile, match="can be read by others") as open_one:
+        connect_source(url=service.url, token_file=tmp_path / "token")
+    assert open_one.value.help == f"chmod 600 {tmp_path / 'token'}"
+    (tmp_path / "token").chmod(0o600)
     with pytest.raises(UnusableFile, match="holds no token") as unusable:
         connect_source(url=service.url, token_file=tmp_path / "token")
     assert "cret" not in str(unusable.value)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from formiga_bt.base.authority import read_running
 from formiga_bt.base.endpoints import is_tls
 from formiga_bt.base.site_folder import is_running
 from formiga_bt.cli.operator.checkup.finding import Finding, Level, Patient
@@ -25,16 +26,16 @@ def ports(patient: Patient) -> Iterator[Finding]:
     """Check that ports are free, or held by this site's engine."""
     wanted = {"the API": patient.http}
     model = patient.model
-    if (
-        model is not None and keys_of(model) is None and (found := TCP.match(listen_of(model)))
-    ):  # else it is the router's
-        wanted["the agents' wire"] = found[1]
+    keys = keys_of(model) if model is not None else None
+    router_runs = keys is not None and read_running(keys) is not None
+    if model is not None and not router_runs and (found := TCP.match(listen_of(model))):
+        wanted["the agents' wire" if keys is None else "the router"] = found[1]
     ours = patient.engine
     if ours is not None:
         yield Finding("ok", f"the engine of this site serves the API ({_who(ours.pid)})", ours.url)
         if ours.endpoint and not is_tls(ours.endpoint):
             yield Finding("ok", f"the engine of this site serves the agents' wire ({_who(ours.pid)})", ours.endpoint)
-        return
+        wanted = {what: address for what, address in wanted.items() if what == "the router"}
     for what, address in wanted.items():
         yield _port(what, address)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from formiga_bt.base.diagnostics import Diagnostic
-from formiga_bt.base.durable import PRIVATE_FILE, PRIVATE_FOLDER
+from formiga_bt.base.durable import PRIVATE_FILE, PRIVATE_FOLDER, open_to_others
 from formiga_bt.base.unusable_files import unusable
 from formiga_bt.cli.inputs import find_tasks, is_demo, read_task
 from formiga_bt.cli.operator.checkup.finding import Finding, Patient
@@ -81,4 +81,4 @@ def _is_open(path: Path) -> bool:
         found = path.lstat()
     except OSError:  # it has gone meanwhile
         return False
-    return not stat.S_ISLNK(found.st_mode) and bool(found.st_mode & 0o077)
+    return not stat.S_ISLNK(found.st_mode) and open_to_others(found)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from formiga_bt.base.authority import CA_KEY, read_holders, read_running
 from formiga_bt.base.certificates import DAY_S, ENGINE, ROUTER, SOON_S, KeysError, read_keys
+from formiga_bt.base.durable import open_to_others
 from formiga_bt.cli.operator.checkup.finding import Finding, Patient
 from formiga_bt.services.listening import keys_of
 
@@ -31,7 +32,7 @@ def keys(patient: Patient) -> Iterator[Finding]:
         yield from _house(folder, "router", ROUTER)
     yield from _agents(site, folder)
     yield from _router(folder)
-    if (folder / CA_KEY).exists() and (folder / CA_KEY).stat().st_mode & 0o077:
+    if (folder / CA_KEY).exists() and open_to_others((folder / CA_KEY).stat()):
         yield Finding(
             "fail", "others may read the key of the authority", str(folder / CA_KEY), f"chmod 600 {folder / CA_KEY}"
         )
