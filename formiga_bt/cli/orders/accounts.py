@@ -27,6 +27,7 @@ from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.base.private_files import changing
 from formiga_bt.base.roles import Role
 from formiga_bt.base.units import parse_quantity
+from formiga_bt.base.visible import visible
 from formiga_bt.cli.options import print_table
 from formiga_bt.cli.printing import print_json, show_next
 from formiga_bt.services.http.audit import read_audit
@@ -181,11 +182,12 @@ def audit(folder: Path, *, as_json: bool) -> None:
     if as_json:
         print_json(lines)
         return
+    # A path is what a stranger sent: it must not steer the terminal of whoever reads it.
+    cells = [{name: visible(str(value)) for name, value in one.items()} for one in lines[-SHOWN:]]
     rows = [
-        (str(one.get("at", "")), str(one.get("who", "")) or "unknown", str(one.get("from", "")), str(one.get("asked", "")),
-         str(one.get("status", "")))
-        for one in lines[-SHOWN:]
-    ]  # fmt: skip
+        (one.get("at", ""), one.get("who") or "unknown", *(one.get(key, "") for key in ("from", "asked", "status")))
+        for one in cells
+    ]
     print_table([("AT", "WHO", "FROM", "ASKED", "STATUS"), *rows])
 
 

@@ -10,7 +10,7 @@ import pytest
 from formiga_bt.base.accounts import ACCOUNTS, MOST_TOKENS, find_account, read_register
 from formiga_bt.cli.app import run
 from formiga_bt.cli.author.starts import start
-from formiga_bt.services.http.audit import read_audit
+from formiga_bt.services.http.audit import Audit, read_audit
 from tests.golden import Wording
 
 Capture = pytest.CaptureFixture[str]
@@ -109,6 +109,17 @@ def test_changes_of_accounts_and_secrets_are_in_the_audit_and_no_word_of_a_refus
         ("formiga access token ann", 200),
         ("formiga access revoke", 403),
     ]
+
+
+def test_what_a_stranger_asked_for_steers_no_terminal(folder: Path, capsys: Capture) -> None:
+    said("add", "ann", "--role", "viewer")
+    audit = Audit(folder)
+    audit.note("", "10.0.0.9", "GET", "/v1/\x1b]0;gone\x07", 401)
+    audit.close()
+    assert said("audit") == 0
+    shown = capsys.readouterr().out
+    assert "\x1b" not in shown
+    assert "10.0.0.9" in shown
 
 
 def test_without_accounts_it_says_who_may_do_everything(capsys: Capture, wording: Wording) -> None:

@@ -23,21 +23,21 @@ STATUS: Final[dict[str, Level]] = {"ok": "ok", "overloaded": "warn", "draining":
 
 
 def ports(patient: Patient) -> Iterator[Finding]:
-    """Check that ports are free, or held by this site's engine."""
-    wanted = {"the API": patient.http}
-    model = patient.model
-    keys = keys_of(model) if model is not None else None
-    router_runs = keys is not None and read_running(keys) is not None
-    if model is not None and not router_runs and (found := TCP.match(listen_of(model))):
-        wanted["the agents' wire" if keys is None else "the router"] = found[1]
-    ours = patient.engine
-    if ours is not None:
+    """Check that ports are free, or held by this site's engine; of a site with keys the wire's is its router's."""
+    ours, model = patient.engine, patient.model
+    if ours is None:
+        yield _port("the API", patient.http)
+    else:
         yield Finding("ok", f"the engine of this site serves the API ({_who(ours.pid)})", ours.url)
         if ours.endpoint and not is_tls(ours.endpoint):
             yield Finding("ok", f"the engine of this site serves the agents' wire ({_who(ours.pid)})", ours.endpoint)
-        wanted = {what: address for what, address in wanted.items() if what == "the router"}
-    for what, address in wanted.items():
-        yield _port(what, address)
+    if model is None or (found := TCP.match(listen_of(model))) is None:
+        return
+    keys = keys_of(model)
+    if keys is None and ours is None:
+        yield _port("the agents' wire", found[1])
+    elif keys is not None and read_running(keys) is None:
+        yield _port("the router", found[1])
 
 
 def _port(what: str, address: str) -> Finding:
