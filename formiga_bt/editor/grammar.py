@@ -124,6 +124,7 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("site", "resources"): FreeMapping("resources", OptionMapping("resource", site.RESOURCE)),
         ("site", "places"): FreeMapping("places", _PLACE),
         ("site", "terrain"): OptionMapping("terrain", site.TERRAIN),
+        ("site", "allocator"): OptionMapping("allocator", site.ALLOCATOR),
         ("site", "pilots"): OptionMapping("pilot", site.PILOT),
         ("site", "agents"): FreeMapping("site agents", OptionMapping("site agent", site.AGENT)),
         ("site", "rules"): _RULES,

@@ -284,6 +284,7 @@ class _Maker:
             "rules": _map(self._rule()),
             "news": _map(self._channel()),
             "terrain": self._object(site.TERRAIN),
+            "allocator": self._object(site.ALLOCATOR),
             "agents": _map(agent),
             "pilots": {"type": "array", "items": self._object(site.PILOT)},
             "people": _map({"type": "array", "items": {"type": "string"}}),

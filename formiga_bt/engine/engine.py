@@ -14,7 +14,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocation import Allocation
-from formiga_bt.engine.allocator.policy import Policy, closest_charged
+from formiga_bt.engine.allocator.policy import POLICIES
 from formiga_bt.engine.by_hand import ByHand
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gatekeeper import Gatekeeper
@@ -64,7 +64,6 @@ class Engine:
         site: the checked site.
         catalogue: agent types and actions.
         tasks: checked tasks by name; as `Bundles`, further versions may be added while it runs.
-        policy: how agents are chosen; `closest_charged` by default.
         trees: how trees are run; the tests' naive interpreter is another.
         state: a loaded state to go on from.
         resumes: the first input will be `Resumed`; until then no timer fires, and a tree that cannot be rebuilt is told in
@@ -79,7 +78,6 @@ class Engine:
         catalogue: Catalogue,
         tasks: Mapping[str, Task],
         *,
-        policy: Policy = closest_charged,
         trees: TreesFactory = CompiledTrees,
         state: EngineState | None = None,
         resumes: bool = False,
@@ -107,7 +105,7 @@ class Engine:
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
-        self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, policy)
+        self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, POLICIES[site.policy])
         self.by_hand = ByHand(core, self.tasks, self.orders, self.authority, self.allocation)
         self.alarms = Alarms(core)
         self.rules = StandingRules(core, self.intake, refuse_if_full)

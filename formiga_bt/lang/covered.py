@@ -24,6 +24,7 @@ _NOT_OF_SITE: Final = (
     "pilots",
     "people",
     "transports",
+    "policy",
     "preflight",
     "file",
     "digest",

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Abort, EngineStep, Submit
@@ -43,7 +42,7 @@ class Rehearsal:
         tasks: the checked tasks that may be submitted.
         specs: the agents; `fleet_of` makes them from a site.
         seed: of the wire's faults.
-        trees, policy: as `Engine`.
+        trees: as `Engine`.
         start: engine time at the start.
         status_every_us: how often each agent publishes its status besides changes.
         keep_steps: whether `steps` holds all that the engine did; a long run of many agents has many of them.
@@ -58,7 +57,6 @@ class Rehearsal:
         *,
         seed: int = 0,
         trees: TreesFactory = CompiledTrees,
-        policy: Policy = closest_charged,
         start: Micros = START,
         status_every_us: Micros = STATUS_EVERY_US,
         keep_steps: bool = True,
@@ -67,7 +65,7 @@ class Rehearsal:
         self.hub = MemoryHub(self.scheduler, seed=seed)
         self.referee = Referee()
         self.sim = SimFleet(self.scheduler, self.hub, recorder=self.referee, status_every_us=status_every_us)
-        self.engine = Engine(site, catalogue, {task.name: task for task in tasks}, policy=policy, trees=trees)
+        self.engine = Engine(site, catalogue, {task.name: task for task in tasks}, trees=trees)
         self.steps: list[EngineStep] = []
         listeners = [self.steps.append] if keep_steps else []
         self.driver = VirtualDriver(self.engine, [self.hub.transport], self.scheduler, listeners=listeners)

@@ -1,4 +1,4 @@
-"""The seam for policies, and two: `closest_charged`, which the engine uses, and the paper's `closest`.
+"""The seam for policies, and three: `closest_charged` and `optimal`, which sites name, and the paper's `closest`.
 
 A policy sees all waiting requests (in order of service) and all agents at one instant, and returns grants and, for every
 request, a verdict on every agent. All roles of a request are granted together or none.
@@ -8,10 +8,14 @@ the nearest agent that fits; a role with several places gets the best one-to-one
 there are is filled up after all roles have what they need.
 
 `closest_charged` differs in one thing: nearness is weighed with the charge that the job leaves (`allocator.cost`).
+
+`optimal` has the costs of that and serves the same requests in the same order, but gives all requests of one priority their
+agents together, so that all costs together are least (`allocator.together`).
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple, Protocol
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,7 +24,9 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.cost import CostOf, far, far_and_low, in_words
 from formiga_bt.engine.allocator.filters import refused_there
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, Verdict
+from formiga_bt.engine.allocator.teams import Costs, Roles, assign, fill_up, roles_of, slots_of
+from formiga_bt.engine.allocator.together import batches, share
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, Verdict
 
 
 class Grant(Struct, frozen=True):
@@ -55,22 +61,45 @@ def closest_charged(requests: Sequence[AgentRequest], agents: Sequence[Candidate
     return _decide(requests, agents, far_and_low)
 
 
-def _decide(requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_of: CostOf) -> Decision:
+def optimal(requests: Sequence[AgentRequest], agents: Sequence[Candidate]) -> Decision:
+    """Grant so that the requests of one priority together have the nearest agents whose charge lasts."""
+    return _decide(requests, agents, far_and_low, batches)
+
+
+POLICIES: Final[Mapping[str, Policy]] = MappingProxyType({"closest": closest_charged, "optimal": optimal})
+"""What a site file may name (`lang.site.keys`)."""
+
+Batches = Callable[[Sequence[AgentRequest]], Iterable[Sequence[AgentRequest]]]
+"""Requests in their order, those that are served together in one list."""
+
+
+def one_by_one(requests: Sequence[AgentRequest]) -> Iterable[Sequence[AgentRequest]]:
+    """Yield each request by itself."""
+    return ([request] for request in requests)
+
+
+def _decide(
+    requests: Sequence[AgentRequest], agents: Sequence[Candidate], cost_of: CostOf, batched: Batches = one_by_one
+) -> Decision:
     roster = agents if isinstance(agents, Roster) else Roster(agents)
     taken: dict[str, str] = {}
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
     machines = {agent.id: place for place, agent in enumerate(roster) if not agent.shared}
     given = _given_by_hand(requests)
-    for request in requests:
-        away = {**_kept_from(request, given), **taken} if given else taken
-        roles, seen = _serve(request, roster, away, machines, cost_of)
-        verdicts[request.task] = roster.shared(request.roles, seen)
-        if roles is not None:
-            grants.append(Grant(request.task, roles))
-            taken.update({agent: request.task for group in roles.values() for agent in group if agent in machines})
-        elif request.reserves:
-            taken.update(_reserved(request, seen))
+    for batch in batched(requests):
+        aways = [{**_kept_from(request, given), **taken} if given else taken for request in batch]
+        if len(batch) == 1:
+            served = [_serve(batch[0], roster, aways[0], machines, cost_of)]
+        else:
+            served = _serve_together(batch, roster, aways, machines, cost_of)
+        for request, (roles, seen) in zip(batch, served, strict=True):
+            verdicts[request.task] = roster.shared(request.roles, seen)
+            if roles is not None:
+                grants.append(Grant(request.task, roles))
+                taken.update({agent: request.task for group in roles.values() for agent in group if agent in machines})
+            elif request.reserves:
+                taken.update(_reserved(request, seen))
     return Decision(tuple(grants), verdicts)
 
 
@@ -102,13 +131,74 @@ def _reserved(request: AgentRequest, verdicts: Sequence[Verdict]) -> dict[str, s
     return kept
 
 
-Costs = dict[tuple[str, str], tuple[float, int]]
-"""(role, agent) of each that fits -> its cost, and its place in the order of admission."""
+class _Seen(NamedTuple):
+    """What a request thinks of all agents."""
+
+    costs: Costs
+    verdicts: list[Verdict]
+    fits: list[int]
+    """Where the verdicts on those that fit are."""
 
 
 def _serve(
     request: AgentRequest, agents: Roster, taken: dict[str, str], machines: Mapping[str, int], cost_of: CostOf
-) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
+) -> tuple[Roles | None, list[Verdict]]:
+    seen = _look(request, agents, taken, machines, cost_of)
+    costs = seen.costs
+    counts = {role.role: role.count for role in request.roles}
+    chosen = assign(slots_of(request, counts), agents, costs, cost_of)
+    if chosen is None:
+        return None, seen.verdicts
+    for role in request.roles:
+        if role.more:
+            chosen = fill_up(request, role, counts, chosen, agents, costs, cost_of)
+    roles = roles_of(request, slots_of(request, counts), chosen)
+    _mark(seen, roles)
+    return roles, seen.verdicts
+
+
+def _serve_together(
+    requests: Sequence[AgentRequest],
+    agents: Roster,
+    taken: Sequence[dict[str, str]],
+    machines: Mapping[str, int],
+    cost_of: CostOf,
+) -> list[tuple[Roles | None, list[Verdict]]]:
+    looks = [_look(one, agents, away, machines, cost_of) for one, away in zip(requests, taken, strict=True)]
+    shares = share(requests, [seen.costs for seen in looks], agents, cost_of)
+    given = [
+        {} if roles is None else _machines_of(request, roles) for request, roles in zip(requests, shares, strict=True)
+    ]
+    before: dict[str, str] = {}
+    every = {agent: task for some in given for agent, task in some.items()}
+    for request, seen, roles, own in zip(requests, looks, shares, given, strict=True):
+        before.update(own)
+        away = before if roles is None else every  # who gets nothing may keep what only later ones took
+        for place in seen.fits:
+            verdict = seen.verdicts[place]
+            if away.get(verdict.agent, request.task) != request.task:
+                seen.verdicts[place] = agents.verdict(verdict.role, verdict.agent, "busy", away[verdict.agent])
+        if roles is not None:
+            _mark(seen, roles)
+    return [(roles, seen.verdicts) for roles, seen in zip(shares, looks, strict=True)]
+
+
+def _machines_of(request: AgentRequest, roles: Roles) -> dict[str, str]:
+    """Return the agents that a grant takes away from others -> its task."""
+    return {agent: request.task for role in request.roles if not role.shared for agent in roles[role.role]}
+
+
+def _mark(seen: _Seen, roles: Roles) -> None:
+    """Say of the chosen ones that they are."""
+    for place in seen.fits:
+        verdict = seen.verdicts[place]
+        if verdict.agent in roles[verdict.role]:
+            seen.verdicts[place] = replace(verdict, code="chosen")
+
+
+def _look(
+    request: AgentRequest, agents: Roster, taken: dict[str, str], machines: Mapping[str, int], cost_of: CostOf
+) -> _Seen:
     costs: Costs = {}
     verdicts: list[Verdict] = []
     fits: list[int] = []
@@ -133,105 +223,4 @@ def _serve(
             seen[place] = Verdict(role.role, agent.id, "fits", cost.metres, told, cost.short)
             fits.append(len(verdicts) + place)
         verdicts += seen
-    counts = {role.role: role.count for role in request.roles}
-    chosen = _assign(_slots(request, counts), agents, costs, cost_of)
-    if chosen is None:
-        return None, verdicts
-    for role in request.roles:
-        if role.more:
-            chosen = _fill_up(request, role, counts, chosen, agents, costs, cost_of)
-    slots = _slots(request, counts)
-    roles: dict[str, tuple[str, ...]] = {role.role: () for role in request.roles}
-    for (role, _), agent_id in zip(slots, chosen, strict=True):
-        roles[role.role] = (*roles[role.role], agent_id)
-    for place in fits:
-        verdict = verdicts[place]
-        if verdict.agent in roles[verdict.role]:
-            verdicts[place] = replace(verdict, code="chosen")
-    return roles, verdicts
-
-
-Slots = list[tuple[RoleRequest, int]]
-"""A role as often as it has agents, numbered."""
-
-
-def _slots(request: AgentRequest, counts: Mapping[str, int]) -> Slots:
-    return [(role, index) for role in request.roles for index in range(counts[role.role])]
-
-
-def _fill_up(
-    request: AgentRequest,
-    role: RoleRequest,
-    counts: dict[str, int],
-    chosen: list[str],
-    agents: Sequence[Candidate],
-    costs: Costs,
-    cost_of: CostOf,
-) -> list[str]:
-    """Give a role as many agents beyond its count as fit and are free; `counts` is raised, the choice for all is returned."""
-    least = counts[role.role]
-    fit = sum((role.role, agent.id) in costs for agent in agents)
-    most = max(least, min(least + role.more, fit))
-    while least < most:  # if so many can be had, then fewer can: halve the rest each time
-        tried = (least + most + 1) // 2
-        found = _assign(_slots(request, {**counts, role.role: tried}), agents, costs, cost_of)
-        if found is None:
-            most = tried - 1
-        else:
-            least, chosen = tried, found
-    counts[role.role] = least
-    return chosen
-
-
-def _assign(
-    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs, cost_of: CostOf
-) -> list[str] | None:
-    """Return an agent per slot of least total cost, or None if the slots cannot all be filled."""
-    if len(slots) == 1:
-        role = slots[0][0]
-        fits = [(*cost, agent) for (name, agent), cost in costs.items() if name == role.role]
-        return [min(fits)[2]] if fits else None
-    machines = [slot for slot in slots if not slot[0].shared]
-    picked: dict[tuple[str, int], str] = {}
-    for role, index in slots:
-        if role.shared:  # people are shared: each role of people is served by itself
-            fits = sorted((*cost, agent) for (name, agent), cost in costs.items() if name == role.role)
-            if index >= len(fits):
-                return None
-            picked[role.role, index] = fits[index][2]
-    if len(machines) == 1:
-        single = _assign(machines, agents, costs, cost_of)
-        if single is None:
-            return None
-        picked[machines[0][0].role, machines[0][1]] = single[0]
-    elif machines:
-        ids = _best_team(machines, agents, costs, cost_of)
-        if ids is None:
-            return None
-        for (role, index), agent_id in zip(machines, ids, strict=True):
-            picked[role.role, index] = agent_id
-    return [picked[role.role, index] for role, index in slots]
-
-
-def _best_team(
-    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs, cost_of: CostOf
-) -> list[str] | None:
-    """Return an agent per slot of least total cost, no agent twice; None if there is no such team."""
-    import numpy as np
-    from lap import lapjvc
-
-    roles = dict.fromkeys(role.role for role, _ in slots)
-    some = [agent for agent in agents if any((role, agent.id) in costs for role in roles)]
-    if len(slots) > len(some):
-        return None
-    matrix = np.full((len(slots), len(some)), np.inf)  # infinite: this agent does not fit this slot
-    for row, (role, index) in enumerate(slots):
-        for column, agent in enumerate(some):
-            if (role.role, agent.id) in costs:
-                matrix[row, column] = cost_of(agent, role, index).metres
-    # Of n slots none needs more than its n cheapest: one of these is free whatever the others take.
-    cheap = np.unique(np.argsort(matrix, axis=1, kind="stable")[:, : len(slots)])
-    rows, columns = lapjvc(matrix[:, cheap], return_cost=False)
-    if len(rows) < len(slots):
-        return None
-    return [some[column].id for column in cheap[columns]]
+    return _Seen(costs, verdicts, fits)

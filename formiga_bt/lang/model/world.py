@@ -235,6 +235,8 @@ class Site(Struct, frozen=True):
     """Like `AgentType.on_breach`; the site's word ranks above the type's."""
     resume_hold_after_us: int = RESUME_HOLD_AFTER_US
     """After a longer outage of the engine its tasks come back HELD: a person must say that they may go on."""
+    policy: Literal["closest", "optimal"] = "closest"
+    """How agents are chosen for tasks that wait."""
     preflight: bool = False
     """Whether a machine is granted only when its preflight checks are all ok."""
     pilots: Mapping[str, int] = field(default_factory=dict)

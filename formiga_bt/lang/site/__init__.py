@@ -13,6 +13,7 @@ from formiga_bt.lang.keyed import read_root, text_of
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import (
     AGENT,
+    ALLOCATOR,
     APPROVERS,
     BASE,
     CHANNEL,
@@ -30,8 +31,8 @@ from formiga_bt.lang.site.reader import SiteReader
 from formiga_bt.lang.text.reading import Problems
 
 __all__ = [
-    "AGENT", "APPROVERS", "BASE", "CHANNEL", "MAIL", "MQTT", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE", "TERRAIN",
-    "WEBHOOK", "load_site", "load_site_text",
+    "AGENT", "ALLOCATOR", "APPROVERS", "BASE", "CHANNEL", "MAIL", "MQTT", "PILOT", "PORT", "RESOURCE", "SECRET", "SITE",
+    "TERRAIN", "WEBHOOK", "load_site", "load_site_text",
 ]  # fmt: skip
 
 

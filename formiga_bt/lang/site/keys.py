@@ -50,6 +50,7 @@ SITE: Final = (
     ),
     Option("envelope", "options", "What the site tightens of the envelope of every machine.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit; it ranks above the type's word."),
+    Option("allocator", "options", "How agents are chosen for tasks that wait: {policy}."),
     Option(
         "preflight", "word", "Whether a grant needs preflight checks that are all ok.", values=("required", "shown")
     ),
@@ -67,6 +68,9 @@ SITE: Final = (
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
 
+ALLOCATOR: Final = (
+    Option("policy", "word", "Each task the closest, or all together the least way.", values=("closest", "optimal")),
+)
 LAT: Final = Option("lat", "value", "Latitude, degrees.", required=True, least=-90.0, most=90.0)
 LNG: Final = Option("lng", "value", "Longitude, degrees.", required=True, least=-180.0, most=180.0)
 BASE: Final = (

@@ -18,7 +18,7 @@ from formiga_bt.lang.shipped import types_help
 from formiga_bt.lang.site.catalogues import check_named
 from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.site.ground import load_heights
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
+from formiga_bt.lang.site.keys import AGENT, ALLOCATOR, APPROVERS, PILOT, PORT, RESOURCE, STATION, TERRAIN
 from formiga_bt.lang.site.libraries import check_libraries
 from formiga_bt.lang.site.news import read_news
 from formiga_bt.lang.site.points import Points
@@ -102,6 +102,7 @@ class SiteReader(Points):
             resume_hold_after_us=self._resume_hold_after(),
             envelope=self._envelope(),
             on_breach=read_on_breach(self.keys["on_breach"].value, self.problems) if "on_breach" in self.keys else {},
+            policy=self._policy(),
             preflight=self.keys.word("preflight") == "required",
             pilots=pilots,
             people=self._people(agents),
@@ -141,6 +142,10 @@ class SiteReader(Points):
             what = "mode real needs pilots: each machine flies under the eyes of one"
             self.keys.wrong("mode", "E008", what, "such as: pilots: [{id: anna, max_airborne: 3}]")
         return mode
+
+    def _policy(self) -> Literal["closest", "optimal"]:
+        keys = self.keys.inside("allocator", ALLOCATOR, "the allocator")
+        return "optimal" if keys.word("policy") == "optimal" else "closest"
 
     def _envelope(self) -> dict[str, float]:
         if "envelope" in self.keys:

@@ -101,6 +101,21 @@ class TestSafety:
         assert (found.preflight, found.min_spacing_m) == (True, 6.0)
         assert (found.pilots, found.people) == ({"anna": 3}, {"approvers": ("dora",)})
 
+    @pytest.mark.parametrize(
+        ("text", "policy"),
+        [("", "closest"), ("allocator: {policy: closest}\n", "closest"), ("allocator: {policy: optimal}\n", "optimal")],
+    )
+    def test_how_agents_are_chosen(self, text: str, policy: str) -> None:
+        found = read(text)
+
+        assert found.policy == policy
+        assert found.covered == read("").covered, "an approval covers what a task does, not who does it"
+
+    def test_a_policy_that_there_is_not(self) -> None:
+        _, (said,), _ = load_site_text(f"{HEAD}allocator: {{policy: best}}\n", "site.yaml")
+
+        assert (said.code, said.mark.col) == ("E008", 21)
+
     @pytest.mark.parametrize(("text", "us"), [("0 s", 0), ("5 s", 5_000_000), ("10 min", 600_000_000)])
     def test_after_how_long_an_outage_tasks_wait(self, text: str, us: int) -> None:
         assert read(f"resume_hold_after: {text}\n").resume_hold_after_us == us
