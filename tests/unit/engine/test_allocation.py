@@ -1,18 +1,20 @@
 """Who gets which agents (execution: allocation; safety: ports): all or nothing, nearest, prefer, by priority, and why not."""
 
-from typing import Any
+from typing import Any, Literal
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.changes import Explained, Reexplained
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal.testing import ScriptedAgent, effects
+from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, effects
 from tests.golden import Wording
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
+from tests.unit.engine.yard import yard as a_yard
 
 HOLD = "steps: [{wait: 10 s}]"
 
@@ -98,6 +100,24 @@ def test_two_tasks_at_one_instant_never_get_one_machine(make: Make) -> None:
     yard.run_for(0.5)
 
     assert sorted(roles(yard, t).get("cart", ()) for t in tasks) == [(), ("c1",), ("c2",)]
+
+
+@pytest.mark.parametrize(("policy", "first", "second"), [("closest", "c2", "c1"), ("optimal", "c1", "c2")])
+def test_the_site_says_how_agents_are_chosen(policy: Literal["closest", "optimal"], first: str, second: str) -> None:
+    """Both tasks want c2, the first by two metres; together their ways are shortest if it leaves it to the second."""
+    site, catalogue = a_yard()
+    text = "params: {at: place}\nagents: {cart: {type: cart, near: '${at}'}}\n" + HOLD
+    bench = Bench(replace(site, policy=policy), catalogue, [task(text)])
+    for name in ("c1", "c2"):
+        bench.agent(name, "cart")
+
+    tasks = [bench.submit("Try", {"at": Place(east_m, 0.0)}) for east_m in (21.0, 100.0)]
+    bench.run_for(0.5)
+
+    assert [bench.task(one).agents.roles["cart"] for one in tasks] == [(first,), (second,)]
+    assert bench.task(tasks[0]).status == "ACTIVE"
+    bench.check()
+    bench.close()
 
 
 def test_battery_min_filters_with_the_numbers(make: Make, wording: Wording) -> None:
