@@ -116,6 +116,10 @@ class Client(Calls):
         bundle: str = "",
         wait_s: float | None = None,
         expires_s: float | None = None,
+        not_before: str = "",
+        after: Sequence[str] = (),
+        deadline: str = "",
+        if_late: str = "run",
         key: str = "",
         params_from: Sequence[Mapping[str, str]] = (),
     ) -> str:
@@ -129,6 +133,10 @@ class Client(Calls):
             bundle: of the version that is meant; empty: the newest.
             wait_s: how long at most it waits for its first agents; None: as its roles say.
             expires_s: the longest time PENDING; None: as the task says.
+            not_before: it is not served before: "14:00" of today or a date and time, in the site's time zone.
+            after: ids of tasks that must have SUCCEEDED first.
+            deadline: its end is wanted by then, written as `not_before`.
+            if_late: run, drop (it ends if it has not begun) or fail (it ends in any case), at the deadline.
             key: the same once more starts nothing, and returns the same id.
             params_from: files with further parameters: `file`, its name, `text`, and `param` if it is for one of another name.
         """
@@ -138,6 +146,12 @@ class Client(Calls):
             "task": task, "params": dict(params or {}), "priority": priority, "by": by, "bundle": bundle,
             "wait_s": wait_s, "expires_s": expires_s,
         }  # fmt: skip
+        if not_before:
+            body["not_before"] = not_before
+        if after:
+            body["after"] = list(after)
+        if deadline:
+            body |= {"deadline": deadline, "if_late": if_late}
         if params_from:
             body["params_from"] = [dict(one) for one in params_from]
         return self.post(TaskRequested, "/v1/tasks", body, key=key).id

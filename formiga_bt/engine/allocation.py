@@ -27,6 +27,7 @@ from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue,
 from formiga_bt.engine.resources import Resources
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.engine.tasks.timing import Timing
 
 LOW_AGES_US: Micros = 3600 * SECOND
 """After so long a LOW request ranks as MEDIUM; nothing ever ages to HIGH."""
@@ -59,12 +60,15 @@ _read = attrgetter(
 class Allocation:
     """Between waiting tasks and free agents."""
 
-    def __init__(self, core: Core, tasks: Tasks, fleet: Fleet, authority: Authority, policy: Policy) -> None:
+    def __init__(
+        self, core: Core, tasks: Tasks, fleet: Fleet, authority: Authority, policy: Policy, timing: Timing
+    ) -> None:
         self._core = core
         self._tasks = tasks
         self._fleet = fleet
         self._policy = policy
         self._authority = authority
+        self._timing = timing
         self._holders = Holders(core)
         self._resources = Resources(core, tasks, self._holders)
         self._roster = Roster()
@@ -98,6 +102,7 @@ class Allocation:
         """Let the policy decide; record grants and explanations."""
         core = self._core
         core.emit(ch.CounterSet("alloc_at", core.now))
+        self._timing.review()
         requests = [self._aged(r) for r in core.state.requests.values()]
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         if any(r.units for r in requests):

@@ -48,6 +48,7 @@ from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.engine.tasks.timing import Timing
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.engine.tasks.wake_queue import WakeQueue
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -105,7 +106,8 @@ class Engine:
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
-        self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, POLICIES[site.policy])
+        self.timing = Timing(core, requests, self.tasks)
+        self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, POLICIES[site.policy], self.timing)
         self.by_hand = ByHand(core, self.tasks, self.orders, self.authority, self.allocation)
         self.alarms = Alarms(core)
         self.rules = StandingRules(core, self.intake, refuse_if_full)
@@ -296,6 +298,10 @@ class Engine:
                 self.allocation.look()
             case tm.TurnDue():
                 self.wake_queue.go_on()
+            case tm.TaskDue(_, "not_before"):
+                self.allocation.look()
+            case tm.TaskDue(task, "deadline"):
+                self.timing.late(task)
             case tm.TaskDue():
                 self.tasks.on_deadline(due)
             case tm.HopelessDue(task, node):

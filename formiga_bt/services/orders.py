@@ -19,16 +19,17 @@ from formiga_bt.base.diagnostics import render
 from formiga_bt.base.geo import Frame
 from formiga_bt.engine.kernel.inputs import Abort, Input, Operator, Submit
 from formiga_bt.engine.kernel.library import Bundles
-from formiga_bt.engine.kernel.records import Priority, Question, TaskRecord, TaskStatus
+from formiga_bt.engine.kernel.records import Priority, Question, TaskRecord, TaskStatus, TaskWhen
 from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.model import Catalogue, EvalError, Site
 from formiga_bt.lang.model.rules import RULE_PREFIX
 from formiga_bt.lang.request.aliases import find_task
 from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.lang.request.value_files import ValueFile
 from formiga_bt.services.alarms import AlarmDesk
 from formiga_bt.services.answering import Answering
+from formiga_bt.services.asked_when import AskedWhen, when_of
 from formiga_bt.services.by_hand import HandDesk
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.once import Once, digest_of
@@ -54,10 +55,11 @@ from formiga_bt.transport.desk import DeskTransport
 
 
 class Waits(NamedTuple):
-    """What a request says itself of its time PENDING, microseconds; None: as its task says."""
+    """What a request says itself of its time: how long it may be PENDING, microseconds, None: as its task says; and when."""
 
     wait: Micros | None = None
     expires: Micros | None = None
+    when: AskedWhen = AskedWhen()
 
 
 UNDER_WAY: Final = frozenset({"ASSIGNED", "ACTIVE", "ENDING"})
@@ -197,10 +199,32 @@ class ServiceOrders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        reply = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits, key=key, asked=digest))
+        when = self._when(waits.when)
+        reply = self.ask(
+            Submit(
+                task.name,
+                values,
+                priority,
+                by,
+                task.bundle,
+                waits.wait,
+                waits.expires,
+                key=key,
+                asked=digest,
+                when=when,
+            )
+        )
         assert isinstance(reply, Accepted)
         self._view.catch_up()
         return reply.task
+
+    def _when(self, asked: AskedWhen) -> TaskWhen:
+        try:
+            return when_of(asked, self._site, self._driver.now())
+        except EvalError as error:
+            raise Refused(
+                "bad_time", error.reason, "for example 14:00, or 2026-08-20T14:00, in the site's time zone"
+            ) from None
 
     def _unknown(self, name: str) -> Refused:
         """Return why nothing can be requested under a name."""

@@ -41,6 +41,16 @@ def command(
     expires: Annotated[
         str, typer.Option(help="The longest time PENDING: 2 h. Default: as the task says.", metavar="TIME")
     ] = "",
+    not_before: Annotated[
+        str, typer.Option(help="Not before: 14:00 of today, or 2026-08-20T14:00; the site's time.", metavar="WHEN")
+    ] = "",
+    after: Annotated[
+        list[str] | None, typer.Option(help="Not before this task has SUCCEEDED; may be repeated.", metavar="TASK")
+    ] = None,
+    deadline: Annotated[str, typer.Option(help="By when its end is wanted: 15:30.", metavar="WHEN")] = "",
+    if_late: Annotated[
+        str, typer.Option(help="At the deadline: run (it goes on), drop (unless it has begun) or fail.")
+    ] = "",
     profile: ProfileOption = "",
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Watch it to its end.")] = False,
     by: Annotated[str, typer.Option(help="Who requests it. Default: you.", metavar="NAME")] = "",
@@ -52,6 +62,9 @@ def command(
     With --follow: prints what happens, and why when it waits longer than 5 s. Exit code 0 if it succeeded, 1 if not. Ctrl-C
     aborts the task and waits until its machines are home; a second one stops watching.
     """
+    if if_late and (if_late not in ("run", "drop", "fail") or not deadline):
+        why = "it says what happens at --deadline" if not deadline else f"'{if_late}' is not run, drop or fail"
+        raise typer.BadParameter(why, param_hint="--if-late")
     params, files = read_params(param or []), value_files(params_from or [])
     client = connect(site)
     loaded: TaskLoaded | None = None
@@ -68,7 +81,8 @@ def command(
     try:
         task_id = client.request(
             task, params, priority=_priority(priority), by=by or user(), bundle=bundle,
-            wait_s=wait_s, expires_s=expires_s, key=uuid.uuid4().hex,
+            wait_s=wait_s, expires_s=expires_s, not_before=not_before, after=after or (), deadline=deadline,
+            if_late=if_late or "run", key=uuid.uuid4().hex,
             params_from=[{"file": one.file, "text": one.text, "param": one.param} for one in files],
         )  # fmt: skip
     except ApiError as error:

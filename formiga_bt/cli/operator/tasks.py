@@ -66,6 +66,7 @@ def _row(task: TaskFact, found: TaskList) -> tuple[str, ...]:
     slow = ["throttled"] if task.throttled_since is not None else []
     held = _held(task.held, {order.agent for order in mine})
     why = "; ".join([*held, *orders, *slow]).strip("; ") or f"{task.code} {task.reason}".strip()
+    why = why or (task.doing if task.status == "PENDING" else "")
     took = span((found.at if task.ended_at is None else task.ended_at) - task.submitted_at)
     why = "; ".join(part for part in (why, _family(task)) if part)
     return task.id, status, task.priority, requested, took, " ".join(task.agents), why

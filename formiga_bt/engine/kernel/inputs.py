@@ -10,7 +10,7 @@ from msgspec import Struct
 from formiga_bt.base.clock import Micros
 from formiga_bt.engine.kernel.changes import Change
 from formiga_bt.engine.kernel.news_marks import NewsMark
-from formiga_bt.engine.kernel.records import Priority
+from formiga_bt.engine.kernel.records import Priority, TaskWhen
 from formiga_bt.engine.kernel.replies import Reply
 from formiga_bt.engine.kernel.rule_records import RuleCause
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
@@ -40,6 +40,7 @@ class Submit(Struct, frozen=True, tag=True):
     """Of a request that may be sent again, and whose it is: `services.once` keeps that it starts one task."""
     asked: str = ""
     """A digest of what it asked for."""
+    when: TaskWhen = TaskWhen()
 
 
 class Serve(Struct, frozen=True, tag=True):

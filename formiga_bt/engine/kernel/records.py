@@ -24,6 +24,8 @@ from formiga_bt.transport.messages import AgentError, Clearance, Control, Landed
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
 Priority = Literal["low", "medium", "high"]
+IfLate = Literal["run", "drop", "fail"]
+"""What becomes of a task at its deadline: it goes on, it ends if it has not begun, it ends in any case."""
 PRIORITIES: Final[dict[str, int]] = {"high": 0, "medium": 1, "low": 2}
 """Order of service: lower first."""
 
@@ -254,6 +256,16 @@ class Releasing(Struct, frozen=True, omit_defaults=True):
     after: Drain = ()
 
 
+class TaskWhen(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """When a request may be served, and by when its task is to have ended; engine time, microseconds."""
+
+    not_before: Micros | None = None
+    after: tuple[str, ...] = ()
+    """Tasks that must have SUCCEEDED first."""
+    deadline: Micros | None = None
+    if_late: IfLate = "run"
+
+
 class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was requested, and by whom; only its priority may change, while it waits."""
 
@@ -268,6 +280,7 @@ class TaskRequest(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """How long each run waits for its first agents, if its request said so."""
     expires: Micros | None = None
     """The longest time PENDING of each run, likewise."""
+    when: TaskWhen = TaskWhen()
     params: dict[str, Any] = {}
     """A restart begins with them."""
     cause: RuleCause | None = None
@@ -898,6 +911,15 @@ class AgentRequest(Struct, frozen=True, kw_only=True):
     """What is left of the roles' `wait`, which stands still meanwhile."""
     units: dict[str, int] = {}
     """Of a `with_resource`, which has no roles: what it asks for, by resource."""
+    not_before: Micros | None = None
+    """It is not served before then; None: that time has come, or there is none."""
+    after: tuple[str, ...] = ()
+    """Tasks that must have SUCCEEDED before it is served, and have not yet."""
+
+    @property
+    def is_ripe(self) -> bool:
+        """Return whether it may be served now."""
+        return self.not_before is None and not self.after
 
     @property
     def task(self) -> str:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from msgspec import Struct
 
-TaskTime = Literal["timeout", "cleanup", "wait", "expires"]
+TaskTime = Literal["timeout", "cleanup", "wait", "expires", "not_before", "deadline"]
 
 # -- engine time -------------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ Three questions, each with its own code:
 | asked | by | codes |
 |---|---|---|
 | may this task be requested? | each Submit | `lockdown`, `not_approved` |
-| may this request be granted now? | each look of the allocator | `lockdown`, `not_approved`, `no_pilot` |
+| may this request be granted now? | each look of the allocator | `lockdown`, `not_approved`, `no_pilot`, or not yet (`when`) |
 | who is its pilot? | each grant | |
 
 System tasks (recover, orders) are asked none of them: a machine in the air always comes home.
@@ -21,6 +21,7 @@ from formiga_bt.engine.kernel.core import Core, clock_stands
 from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Submit
 from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, Approval
 from formiga_bt.engine.kernel.rule_records import RuleCause
+from formiga_bt.engine.tasks.when import why_not_yet
 from formiga_bt.lang.model import Task
 from formiga_bt.safety.approval import (
     RULES,
@@ -197,6 +198,8 @@ class Authority:
         locked = self._locked()
         if locked:
             return "lockdown", locked
+        if early := why_not_yet(request, core.site.timezone):
+            return early
         task = core.task(request.holder)
         if request.node and clock_stands(task):
             return "held", ", ".join(task.hold.words)

@@ -8,6 +8,7 @@ from formiga_bt.engine.kernel.records import TaskEvents, TaskFamily, TaskRecord,
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.taskmodel import root_values
+from formiga_bt.engine.tasks.when import check_when
 from formiga_bt.nodes.run import TaskOrder
 
 MAX_QUEUED = 10_000
@@ -36,11 +37,12 @@ class Intake:
         """Admit a task, of a person or of a step of its parent; return its id.
 
         Raises:
-            TaskError: not allowed (`Authority.admit`), unknown task, too many wait already (`busy`), or a parameter, var or
-                role cannot be evaluated.
+            TaskError: not allowed (`Authority.admit`), unknown task, too many wait already (`busy`), it could only be late
+                (`late`), or never begin (`after_failed`), or a parameter, var or role cannot be evaluated.
         """
         core = self._core
         self.check(request)
+        check_when(core, request)
         model = core.library.wanted(request)
         number = core.state.counters.get("task", 0) + 1
         family = TaskFamily()
@@ -63,6 +65,7 @@ class Intake:
                 cause=request.cause,
                 key=request.key,
                 asked=request.asked,
+                when=request.when,
             ),
             family=family,
             times=TaskTimes(submitted_at=core.now),

@@ -58,9 +58,13 @@ class Requests:
             roles = tuple(replace(role, taken_back=task.restart.taken_back) for role in roles)
         if task.request.expires is not None:
             expires = core.now + task.request.expires
+        when = task.request.when
+        early = when.not_before is not None and when.not_before > core.now
         return AgentRequest(
-            holder=task.id, priority=task.request.priority, order=task.order, at=core.now, roles=roles, expires=expires
-        )
+            holder=task.id, priority=task.request.priority, order=task.order, at=core.now, roles=roles, expires=expires,
+            not_before=when.not_before if early else None,
+            after=tuple(one for one in when.after if one in core.open),
+        )  # fmt: skip
 
     def want(
         self, task_id: str, node: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...] = ()
@@ -94,7 +98,29 @@ class Requests:
         core.emit(ch.RequestPut(request.task, request))
 
     def enqueue(self, request: AgentRequest) -> None:
-        """Let a request wait for agents."""
+        """Let a request wait for agents, once it may be served."""
+        core = self._core
+        when = core.task(request.holder).request.when
+        if when.deadline is not None and (when.deadline > core.now or when.if_late != "run"):
+            core.set_deadline(TaskDue(request.task, "deadline"), max(core.now, when.deadline), request.task)
+        if request.not_before is not None:
+            core.set_deadline(TaskDue(request.task, "not_before"), request.not_before, request.task)
+        if request.is_ripe:
+            self._wait(request)
+        else:
+            core.emit(ch.RequestPut(request.task, request))
+
+    def ripen(self, request: AgentRequest) -> None:
+        """Let a request be served from now on: how long it may wait counts from here."""
+        by = self._core.now - request.at
+        roles = tuple(
+            role if role.wait_until is None else replace(role, wait_until=role.wait_until + by)
+            for role in request.roles
+        )
+        expires = None if request.expires is None else request.expires + by
+        self._wait(replace(request, at=self._core.now, roles=roles, expires=expires, not_before=None, after=()))
+
+    def _wait(self, request: AgentRequest) -> None:
         core = self._core
         core.emit(ch.RequestPut(request.task, request))
         waits = [role.wait_until for role in request.roles if role.wait_until is not None]

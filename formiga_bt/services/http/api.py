@@ -23,6 +23,7 @@ from formiga_bt.base.clock import Micros, micros
 from formiga_bt.base.roles import Deed
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.lang.request.value_files import ValueFile
+from formiga_bt.services.asked_when import AskedWhen
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.discovered import CatalogueOrders
 from formiga_bt.services.feed import Feed, FeedEvent
@@ -94,6 +95,7 @@ STATUS: Final = {
     "secret_wrong": 403,
     "secret_wait": 429,
     "bad_moment": 422,
+    "bad_time": 422,
     "bad_status": 422,
     "bad_params": 422,
     "bad_role": 422,
@@ -279,7 +281,8 @@ def _tasks(routes: FactRoutes, orders: ServiceOrders) -> None:
     ) -> f.TaskRequested:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
         who, name = require_task(body.task), speaker(body.by)
-        waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
+        when = AskedWhen(body.not_before, body.deadline, body.if_late, tuple(body.after))
+        waits = Waits(_micros(body.wait_s), _micros(body.expires_s), when)
         files = tuple(ValueFile(one.file, one.text, one.param) for one in body.params_from)
         key = key_of(who.name, idempotency_key)
         task_id = orders.submit(

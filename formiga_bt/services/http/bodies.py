@@ -51,6 +51,14 @@ class SubmitBody(RequestBody):
     """How long at most it waits for its first agents, instead of what its roles say; then it ends FAILED `no_agent`."""
     expires_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] | None = None
     """The longest time PENDING, instead of the task's own; then it ends FAILED `task_expired`."""
+    not_before: Annotated[str, Field(max_length=40)] = ""
+    """It is not served before: `14:00` of today or a date and time, in the site's time zone unless it has an offset."""
+    after: Annotated[list[Id], Field(default_factory=list, max_length=100)]
+    """It is not served before these tasks have SUCCEEDED; if one ends otherwise it ends FAILED `after_failed`."""
+    deadline: Annotated[str, Field(max_length=40)] = ""
+    """Its end is wanted by then, written as `not_before`."""
+    if_late: Literal["run", "drop", "fail"] = "run"
+    """At the deadline: it goes on; it ends FAILED `late` if it has not begun; it ends so in any case."""
 
 
 class AbortBody(ByBody):

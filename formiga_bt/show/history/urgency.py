@@ -31,6 +31,7 @@ LIMITS: Final[tuple[tuple[TaskTime, str], ...]] = (
     ("cleanup", "its cleanup is cut off"),
     ("wait", "it has waited for agents long enough"),
     ("expires", "it expires"),
+    ("deadline", "its deadline"),
 )
 """Deadlines of a task, and what they do."""
 MOST: Final = 2
@@ -148,7 +149,7 @@ class UrgencyIndex:
         words += [_goal(goal) for goal in self.goals.get(task.id, ())]
         words += [f"{r.agent} is brought home" for r in task.agents.recovering if r.state in ("running", "waiting")]
         if task.id in self.requests and not words:
-            words.append(f"waits for agents, {span(self.now - self.requests[task.id].at)}")
+            words.append(_waits(self.requests[task.id], self.now))
         words += [f"{child} {self.state.tasks[child].status}" for child in task.family.children if self._is_open(child)]
         if not words and task.status in ("ACTIVE", "ENDING"):
             words.append("waits" if task.section == "steps" else task.section.replace("_", " "))
@@ -158,6 +159,15 @@ class UrgencyIndex:
     def _is_open(self, task_id: str) -> bool:
         task = self.state.tasks.get(task_id)
         return task is not None and task.section != "done"
+
+
+def _waits(request: AgentRequest, now: Micros) -> str:
+    """Return what a request waits for, in words."""
+    if request.not_before is not None:
+        return f"begins in {span(request.not_before - now)} at the earliest"
+    return (
+        f"begins after {', '.join(request.after)}" if request.after else f"waits for agents, {span(now - request.at)}"
+    )
 
 
 def _goal(goal: GoalRecord) -> str:

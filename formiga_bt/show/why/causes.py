@@ -57,6 +57,8 @@ from formiga_bt.nodes.memory import (
 
 CAUSES: Final[Mapping[str, str]] = {
     "agents": "the allocator has found no fitting agents yet",
+    "agents.not_before": "agents, which it gets no earlier than its request says",
+    "agents.after": "agents, which it gets once the tasks that its request names have succeeded",
     "agents.lockdown": "agents, which nobody gets while the site is locked down",
     "agents.not_approved": "agents, which it gets once a person has approved the task",
     "agents.no_pilot": "agents, which it gets once a pilot on duty has room for them",

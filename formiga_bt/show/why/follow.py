@@ -113,7 +113,9 @@ def behind_task(scene: WhyScene, task: TaskRecord, seen: Seen = ()) -> Iterator[
         return
     seen = (*seen, task.id)
     if task.status == "PENDING":
-        yield Because("pending", f"{task.id} waits for agents itself", f"formiga why {task.id}")
+        request = scene.state.requests.get(task.id)
+        waits = "waits for agents itself" if request is None or request.is_ripe else "is not to begin yet"
+        yield Because("pending", f"{task.id} {waits}", f"formiga why {task.id}")
         return
     if task.hold.causes:
         hint = " | ".join(ways_on(scene.state, task, scene.catalogue))

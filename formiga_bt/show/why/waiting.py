@@ -39,13 +39,28 @@ def waiting(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     if request is None:
         yield Because("pending", f"it was requested {waited} ago and is about to start")
         return
+    if not request.is_ripe:
+        yield from _not_yet(scene, task, request)
+        return
     yield Because("pending", f"it waits for agents since {waited}; all of its roles are granted together")
     yield from deeper(_queue(scene, request))
     yield from deeper(asked(scene, request))
 
 
+def _not_yet(scene: WhyScene, task: TaskRecord, request: AgentRequest) -> Iterator[Because]:
+    """Tell what a request waits for before it stands in the queue."""
+    yield Because("pending", "it does not wait for agents yet", f"formiga abort {task.id}")
+    if request.not_before is not None:
+        yield Because("not_before", f"it begins in {span(request.not_before - scene.now)} at the earliest", depth=1)
+    for name in request.after:
+        other = scene.state.tasks.get(name)
+        yield Because("after", f"it begins once {name} has succeeded", f"formiga why {name}", depth=1)
+        if other is not None:
+            yield from deeper(deeper(behind_task(scene, other, (task.id,))))
+
+
 def _queue(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:
-    queued = scene.state.requests.values()
+    queued = [one for one in scene.state.requests.values() if one.is_ripe]
     ahead = sorted((r for r in queued if _rank(r) < _rank(request)), key=_rank)
     if ahead:
         names = ", ".join(r.holder for r in ahead[:3]) + (" ..." if len(ahead) > 3 else "")

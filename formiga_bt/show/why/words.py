@@ -54,6 +54,8 @@ VERDICT_HINTS: Final[Mapping[str, str]] = {
 }
 
 BLOCKED: Final[Mapping[str, str]] = {
+    "not_before": "it is not to begin before {detail}",
+    "after": "it begins once this has succeeded: {detail}",
     "lockdown": "{detail}",
     "not_approved": "it may not fly: {detail}",
     "no_pilot": "it has no pilot: {detail}",
@@ -109,6 +111,8 @@ REASONS: Final[Mapping[str, str]] = {
     "no_agent": "it got no agents",
     "request": "the task that a step requested did not succeed, or was not admitted",
     "task_expired": "it was not started before it expired",
+    "late": "it had not ended by its deadline",
+    "after_failed": "a task that it was to begin after did not succeed",
     "rejected": "an agent refused the order",
     "failed": "an action failed on its agent",
     "timeout": "a time limit passed",

@@ -4,6 +4,7 @@ import json
 import re
 import time
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
@@ -126,6 +127,36 @@ def test_a_request_says_how_long_it_may_be_pending(start: Start) -> None:
         waits = [str(service.post("/v1/tasks", body)["id"]) for body in given]
 
         assert [service.ends(one)["code"] for one in waits] == ["no_agent", "task_expired"]
+
+
+def test_a_request_says_when_it_is_served_and_is_told_what_it_waits_for(start: Start) -> None:
+    with start(auto=False) as service:
+        first = service.submit("Hello")
+        begins = (datetime.now(UTC) + timedelta(days=1)).isoformat(timespec="minutes")
+        body = {"task": "Hello", "after": [first], "not_before": begins}
+        mine = str(service.post("/v1/tasks", body)["id"])
+
+        codes = [line["code"] for line in service.get(f"/v1/tasks/{mine}/why")["because"]]
+        assert {"not_before", "after"} <= set(codes)
+        service.post(f"/v1/tasks/{first}/abort", {})
+
+        assert service.ends(mine)["code"] == "after_failed"
+
+
+@pytest.mark.parametrize(
+    ("when", "code"),
+    [
+        ({"not_before": "soon"}, "bad_time"),
+        ({"not_before": "2001-01-01T14:00"}, "bad_time"),
+        ({"not_before": "2199-01-01"}, "bad_time"),
+        ({"deadline": "9999-12-31T23:59-23:59"}, "bad_time"),
+        ({"after": ["Nobody-9"]}, "unknown_task"),
+        ({"if_late": "perhaps"}, "bad_request"),
+    ],
+)
+def test_a_time_that_cannot_be_kept_is_refused(service: Service, when: dict[str, object], code: str) -> None:
+    assert service.refused("POST", "/v1/tasks", {"task": "Hello", **when})["code"] == code
+    assert service.get("/v1/tasks")["tasks"] == []
 
 
 def test_an_idempotency_key_starts_one_task(service: Service) -> None:
