@@ -115,7 +115,9 @@ class DoNode(Leaf):
             case "taken_over":
                 return self._fail(view, "taken_over", "its pilot, or its own failsafe, took over", again=False)
             case "in_doubt":
-                return self._fail(view, view.code or "in_doubt", "nobody knows how the goal ended", again=False)
+                return self._fail(
+                    view, view.code or "in_doubt", view.text or "nobody knows how the goal ended", again=False
+                )
             case _:
                 raise AssertionError(f"goal ended as {view.state}")
 

@@ -1100,7 +1100,7 @@ class NaiveTrees:
         code, reason = {
             "lost": ("agent_lost", "the agent is lost"),
             "taken_over": ("taken_over", "its pilot, or its own failsafe, took over"),
-            "in_doubt": (goal.code or "in_doubt", "nobody knows how the goal ended"),
+            "in_doubt": (goal.code or "in_doubt", goal.text or "nobody knows how the goal ended"),
         }.get(goal.state, ("", ""))
         if code:
             return failed(at, code, reason, goal.agent, again=False, other=goal.state == "lost")

@@ -419,7 +419,7 @@ class Fleet:
     def _rebooted(self, agent: AgentRecord, boot_id: str, wall: int = 0) -> None:
         """Its process is another one: what it did before ended unknown."""
         self._process_identity.begin(agent, boot_id, wall)
-        self._goals.lose(agent.id, "in_doubt", "in_doubt")
+        self._goals.lose(agent.id, "in_doubt", f"the process of {agent.id} was started anew")
         if agent.mobility not in MOVING:
             return
         # A machine whose process starts anew hovers where it says, or stands: it has yet to tell.

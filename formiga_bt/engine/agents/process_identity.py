@@ -121,7 +121,7 @@ class ProcessIdentity:
             text = TWICE.format(agent=agent.id, then="" if agent.human else THEN)
             self._core.effect(Alarm("double", text, agent.task, agent.id))
         if not agent.human:
-            self._goals.lose(agent.id, "in_doubt", "in_doubt")  # which of the two has it?
+            self._goals.lose(agent.id, "in_doubt", f"two processes say that they are {agent.id}")
             self._core.report(MustLeave(agent.id, DOUBLE))
 
     @staticmethod

@@ -306,7 +306,7 @@ class Goals:
         elif goal.state == "sent":
             self._back_to_the_gate(goal)
         else:
-            self.end(goal.id, "in_doubt")
+            self.end(goal.id, "in_doubt", "", f"{goal.agent} does not know it any more")
 
     def _came_late(self, goal: GoalRecord) -> bool:
         """Return whether a goal of a step never began because the engine stood still: its next attempt is due, no failure."""
@@ -409,8 +409,8 @@ class Goals:
         else:
             core.effect(QueryGoal(goal.agent, (goal.id,)))
 
-    def lose(self, agent_id: str, state: str, code: str = "") -> None:
-        """End every goal that an agent has or waits for (`lost`, `in_doubt`).
+    def lose(self, agent_id: str, state: str, text: str = "") -> None:
+        """End every goal that an agent has or waits for (`lost`, `in_doubt`); `text` says what put it in doubt.
 
         What a person's app forgot as it was started anew is asked again if it may be: nothing that moves is in doubt then.
         """
@@ -422,7 +422,7 @@ class Goals:
             elif goal.in_flight or state == "lost":
                 if goal.in_flight:
                     self._keep_way(goal)
-                self.end(goal.id, state, code)
+                self.end(goal.id, state, "in_doubt" if state == "in_doubt" else "", text)
 
     def _keep_way(self, goal: GoalRecord) -> None:
         """Nobody knows whether a machine goes on with a goal: what that takes up in the air stays its own."""

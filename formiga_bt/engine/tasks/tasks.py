@@ -343,7 +343,7 @@ class Tasks:
         if order.how != "abandon":
             text = f"{task.id} carries out an order on {agent_id}; give that machine another order, or continue it"
             raise TaskError("system_task", text)
-        self._goals.lose(agent_id, "in_doubt", "in_doubt")
+        self._goals.lose(agent_id, "in_doubt", "it was abandoned")
         self._core.report(Leaves(agent_id))
         self._fleet.quarantine(agent_id, "abandoned")
         return ""
@@ -358,7 +358,7 @@ class Tasks:
         for agent_id in task.agents.granted:
             agent = core.state.agents[agent_id]
             if agent.task == task.id and not agent.human:
-                self._goals.lose(agent_id, "in_doubt", "in_doubt")
+                self._goals.lose(agent_id, "in_doubt", "it was abandoned")
                 self._fleet.quarantine(agent_id, "abandoned")
         if task.section == "":
             self.end(task.id)
