@@ -29,13 +29,16 @@ class Charge(Struct, frozen=True, kw_only=True):
 
 
 def short_of(charge: Charge, near: tuple[Place, ...]) -> str:
-    """Return what a machine lacks for the nearest of these places, with the numbers; "" = it is enough, or none is named."""
+    """Return what a machine lacks for the nearest of these places, and what is enough; "" = nothing, or none is named."""
     needs = min((round_trip_pct(charge, place) for place in near), default=0.0)
     if not near or charge.battery - needs >= charge.reserve:
         return ""
     if math.isinf(needs):
         return "there is too much wind to come home"
-    return f"{charge.battery:.0f} % less {needs:.1f} % there and back leaves less than its reserve of {charge.reserve:.0f} %"
+    enough = math.ceil(needs + charge.reserve)
+    when = f"; {enough} % is enough" if enough <= 100 else ""
+    has, reserve = f"{charge.battery:.0f} %", f"{charge.reserve:.0f} %"
+    return f"{has} less {needs:.1f} % there and back leaves less than its reserve of {reserve}{when}"
 
 
 def never_enough(charge: Charge, near: tuple[Place, ...]) -> str:

@@ -386,10 +386,17 @@ def test_a_machine_that_cannot_go_there_and_come_home_is_passed_over_with_the_nu
     found = {v.agent: (v.code, v.detail) for v in field.engine.state.explanations[task_id]}
     code, detail = found["lwd_1"]
     assert code == "energy"
-    assert re.fullmatch(r"30 % less 1\d\.\d % there and back leaves less than its reserve of 25 %", detail), detail
+    told = re.fullmatch(
+        r"30 % less 1\d\.\d % there and back leaves less than its reserve of 25 %; (\d\d) % is enough", detail
+    )
+    assert told is not None, detail
+    enough = float(told[1])
     assert found["lwd_2"][0] == "energy"
     wording(found["lwd_2"][1])
-    field.drones[0].say(battery=60.0)
+    field.drones[0].say(battery=enough - 1.0)
+    field.run_for(2)
+    assert field.task(task_id).status == "PENDING"
+    field.drones[0].say(battery=enough)
     field.run_for(2)
     assert field.task(task_id).agents.roles == {"drone": ("lwd_1",)}
 
