@@ -45,6 +45,7 @@ class Deed(StrEnum):
     PRIORITY = "say which of the tasks that wait goes first"
     ACKNOWLEDGE = "acknowledge alarms"
     OUT = "take machines out of service, and back"
+    ZONES = "close regions for machines, and open them"
     CLEAR = "take back a machine that somebody looked at"
     RULES = "start or dismiss what a rule asks about"
     LOAD_SIMULATED = "load tasks into an engine in mode simulation"
@@ -84,12 +85,23 @@ MAY: Final[Mapping[Role, frozenset[Deed]]] = MappingProxyType(
             Deed.OUT,
             Deed.ACKNOWLEDGE,
             Deed.CLEAR,
+            Deed.ZONES,
             Deed.RULES,
             Deed.LOAD_SIMULATED,
         },
         Role.PILOT: _VIEWER
         | _AGENT
-        | {Deed.STOP, Deed.CUT, Deed.CONTINUE, Deed.LOCKDOWN, Deed.ACKNOWLEDGE, Deed.HANDBACK, Deed.DUTY, Deed.OUT},
+        | {
+            Deed.STOP,
+            Deed.CUT,
+            Deed.CONTINUE,
+            Deed.LOCKDOWN,
+            Deed.ACKNOWLEDGE,
+            Deed.HANDBACK,
+            Deed.DUTY,
+            Deed.OUT,
+            Deed.ZONES,
+        },
         Role.APPROVER: _VIEWER | {Deed.APPROVE},
         Role.ADMIN: _VIEWER
         | {Deed.LOCKDOWN, Deed.LOAD_SIMULATED, Deed.LOAD, Deed.FLEET, Deed.CATALOGUE, Deed.NEWS, Deed.ENGINE},

@@ -72,6 +72,7 @@ _TABLE = (
     Verb("priority", "orders.priority", "Say which of the tasks that wait goes first."),
     Verb("cut", "orders.cut", "Stop a machine's motors."),
     Verb("lockdown", "orders.lockdown", "Nothing starts, nothing goes on, until it is released."),
+    Verb("zone", "orders.zone", "Close a region for machines, or open it again."),
     Verb("handback", "orders.handback", "Give a machine back that a pilot had taken over."),
     Verb("preflight", "orders.preflight", "Show whether machines are ready to fly."),
     Verb("agents", "operator.agents", "List machines and people; clear one."),

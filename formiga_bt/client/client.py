@@ -218,6 +218,20 @@ class Client(Calls):
         """Give a task that waits another priority (low, medium, high), or the first place in it; return what happened."""
         return self._said(f"/v1/tasks/{segment(task_id)}/priority", {"priority": priority, "first": first, "by": by})
 
+    def zones(self) -> "f.ZoneList":
+        """Return what people closed for machines."""
+        from formiga_bt.show.facts import ZoneList
+
+        return self.get(ZoneList, "/v1/zones")
+
+    def close_zone(self, zone: str, reason: str, *, by: str = "") -> str:
+        """Close a region, or 30 m around a place, for machines; return what happened."""
+        return self._said(f"/v1/zones/{segment(zone)}/close", {"reason": reason, "by": by})
+
+    def open_zone(self, zone: str, *, by: str = "") -> str:
+        """Open what was closed; return what happened."""
+        return self._said(f"/v1/zones/{segment(zone)}/open", {"by": by})
+
     def rules(self) -> "f.RuleList":
         """Return the standing rules of the site."""
         from formiga_bt.show.facts import RuleList

@@ -31,6 +31,7 @@ from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.orders.alarms import Alarms
 from formiga_bt.engine.orders.breaches import Breaches
+from formiga_bt.engine.orders.closures import Closures
 from formiga_bt.engine.orders.command import Command
 from formiga_bt.engine.orders.lockdown import Lockdowns
 from formiga_bt.engine.orders.orders import StandingOrders
@@ -106,6 +107,7 @@ class Engine:
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
+        self.closures = Closures(core, self.goals, self.breaches)
         self.timing = Timing(core, requests, self.tasks)
         self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, POLICIES[site.policy], self.timing)
         self.by_hand = ByHand(core, self.tasks, self.orders, self.authority, self.allocation)
@@ -223,6 +225,10 @@ class Engine:
             case inp.Assign() | inp.Unassign() | inp.Prioritize() | inp.InService():
                 refuse_if_full(self.core, given)
                 self.by_hand.take(given)
+                return Done()
+            case inp.CloseRegion() | inp.OpenRegion():
+                refuse_if_full(self.core, given)
+                self.closures.take(given)
                 return Done()
             case inp.RuleOrder():
                 refuse_if_full(self.core, given)

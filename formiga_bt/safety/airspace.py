@@ -17,7 +17,7 @@ HIGHEST_LAYER_M: Final = 90.0
 
 
 class Airspace:
-    """What a site allows: it never changes, so there are no statistics."""
+    """What a site allows. Only what people close and open changes, and that stands in the engine's state."""
 
     def __init__(self, site: Site) -> None:
         self.site = site
@@ -34,10 +34,29 @@ class Airspace:
         ]
         self.ground_zones: tuple[Zone, ...] = (*no_go, *((self.fence,) if self.fence is not None else ()))
         """What binds who drives."""
+        self._always = self.zones, self.ground_zones
+        self._shut: dict[str, Zone] = {}
+        self.closed: tuple[Zone, ...] = ()
+        """Regions that people closed for all machines; the graver zones come first, and these are."""
         self.chargers = tuple(one.at for one in site.stations.values() if one.charges)
         self.terrain: Terrain = terrain_of(site)
         self.highest_layer_m = max(site.layers_m, default=HIGHEST_LAYER_M)
         self._sun: tuple[Micros, bool] | None = None
+
+    def close(self, name: str, region: Region, reason: str) -> None:
+        """Close a region for all machines."""
+        self._shut[name] = Zone(f"{name} (closed: {reason})", region, keep_in=False)
+        self._join()
+
+    def open(self, name: str) -> None:
+        """Open a region that was closed."""
+        self._shut.pop(name, None)
+        self._join()
+
+    def _join(self) -> None:
+        self.closed = tuple(self._shut.values())
+        air, ground = self._always
+        self.zones, self.ground_zones = (*self.closed, *air), (*self.closed, *ground)
 
     def ground_m(self, at: Place | Position) -> float:
         """Return the height of the ground at a place over the base's ground; 0 where it is unknown."""

@@ -43,6 +43,7 @@ from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import EngineView
 from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.services.zones import ZoneDesk
 from formiga_bt.show.facts import AgentList, Because, Explanation, OrderFact, QuestionList, TaskDetail, TaskList
 from formiga_bt.show.history.records import agent_fact, agents_of, question_fact, task_fact
 from formiga_bt.show.history.urgency import UrgencyIndex
@@ -119,6 +120,7 @@ class ServiceOrders:
                     self._once.know(one.request.key, one.request.asked, one.id)
         self.stops = Stops(self.ask, view, site, driver.now, catalogue)
         self.by_hand = HandDesk(self.ask, view)
+        self.zones = ZoneDesk(self.ask, view)
         self.alarms = AlarmDesk(self.ask, view, driver.now)
         self.rules = RuleDesk(self.ask, view, site, driver.now)
         self.desk_people: set[str] = set()

@@ -54,6 +54,8 @@ HINTS: Final[Mapping[str, str]] = {
     "which_role": "formiga assign {target} AGENT --role ROLE",
     "unknown_role": "formiga assign {target} AGENT --role ROLE",
     "needs_nobody": "formiga why {target} tells what it does",
+    "unknown_place": "name a region or a place of site.yaml",
+    "not_closed": "formiga zone list shows what is closed",
     "not_out": "formiga agents shows how it is",
     "not_assigned": "formiga agents shows who has which task",
     "cannot_begin_anew": "let it end, or end it: formiga abort TASK",

@@ -200,7 +200,7 @@ class GateView:
         case = self._cases.get(goal.id) if goal.code and not rules.daylight_only else None
         if case is None:
             return self._breach(goal, ask, agent, rules, rescue=rescue)
-        flown = _flown(agent)
+        flown = (core.airspace.closed, *_flown(agent))
         if case.flown != flown:
             case.breach, case.flown = self._breach(goal, ask, agent, rules, rescue=rescue), flown
         return case.breach

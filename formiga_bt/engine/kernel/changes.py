@@ -16,6 +16,7 @@ from formiga_bt.engine.kernel.records import (
     AgentRequest,
     Approval,
     ClearanceRecord,
+    Closure,
     Deadline,
     Discovered,
     GoalRecord,
@@ -102,6 +103,13 @@ class ApprovalPut(Struct, frozen=True, tag=True):
 
     digest: str
     approval: Approval | None
+
+
+class ClosurePut(Struct, frozen=True, tag=True):
+    """A region is closed for machines, or (None) open again."""
+
+    name: str
+    closure: Closure | None
 
 
 class DutyPut(Struct, frozen=True, tag=True):
@@ -289,5 +297,5 @@ Change = (
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | AgentEventNoted | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
     | WakesPut | MemberPut | DiscoveredPut | RulePut | RuleWatchPut | AlarmPut | AlarmDrop
-    | NewsMarksPut
+    | NewsMarksPut | ClosurePut
 )  # fmt: skip

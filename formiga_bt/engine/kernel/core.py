@@ -103,6 +103,8 @@ class Core:
         self.board: Blackboard = board_of(state)
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self.airspace = Airspace(site)
+        for name, closure in state.closures.items():
+            self.airspace.close(name, closure.region, closure.reason)
         self.route_graph = RouteGraph(site.routes) if site.routes.nodes else None
         """None: machines on the ground drive straight ways."""
         self.guards: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
@@ -151,6 +153,7 @@ class Core:
             ch.TaskPut: self._note_task,
             ch.ClearancePut: self._note_clearance,
             ch.OrderPut: self._note_order,
+            ch.ClosurePut: self._note_closure,
             ch.VarPut: self._note_names,
             ch.ScopePut: self._note_names,
             ch.TaskForget: self._note_forgotten,
@@ -234,6 +237,14 @@ class Core:
 
     def _note_order(self, change: ch.OrderPut) -> None:
         self.stale.add(change.agent)
+
+    def _note_closure(self, change: ch.ClosurePut) -> None:
+        closure = change.closure
+        if closure is None:
+            self.airspace.open(change.name)
+        else:
+            self.airspace.close(change.name, closure.region, closure.reason)
+        self.stale.add(EVERYTHING)
 
     def _note_names(self, change: ch.VarPut | ch.ScopePut) -> None:
         self.named[change.task] = self.named.get(change.task, 0) + 1

@@ -115,6 +115,21 @@ class Prioritize(Struct, frozen=True, tag=True):
     by: str = ""
 
 
+class CloseRegion(Struct, frozen=True, tag=True):
+    """A person closes a region, or a circle around a place, for machines."""
+
+    name: str
+    reason: str
+    by: str = ""
+
+
+class OpenRegion(Struct, frozen=True, tag=True):
+    """A person opens what was closed."""
+
+    name: str
+    by: str = ""
+
+
 class InService(Struct, frozen=True, tag=True):
     """A person takes a machine out of service: no task is granted it. Or (`reason` "") back."""
 
@@ -391,6 +406,7 @@ Input = (
     | AgentGoneInput | AgentStatusInput | GoalEventInput | AgentEventInput | QueryReplyInput | UpdateGoal | UpdateReplyInput
     | BadStatusInput | TimerDue | WallDue | EffectFailed | Started | JournalState | Resumed | Outage | Behind
     | RuleOrder | Assign | Unassign | Prioritize | InService | AcknowledgeAlarm | HouseState | NewsDelivered
+    | CloseRegion | OpenRegion
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

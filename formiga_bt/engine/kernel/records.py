@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND, Micros
-from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.base.machines import Mobility
 from formiga_bt.engine.kernel.causes import HoldCause, in_words
 from formiga_bt.engine.kernel.rule_records import RuleCause
@@ -99,6 +99,15 @@ class Lockdown(Struct, frozen=True):
     """Nothing starts and nothing goes on; what flies does `how`."""
 
     how: Literal["hold", "return", "land"]
+    by: str
+    at: Micros
+
+
+class Closure(Struct, frozen=True):
+    """A region that a person closed: no machine enters it."""
+
+    region: Region
+    reason: str
     by: str
     at: Micros
 

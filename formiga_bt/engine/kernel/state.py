@@ -19,6 +19,7 @@ from formiga_bt.engine.kernel.records import (
     AgentRequest,
     Approval,
     ClearanceRecord,
+    Closure,
     Deadline,
     Discovered,
     GoalRecord,
@@ -89,6 +90,8 @@ class EngineState(Struct):
     """rule -> agent -> what it has seen of it"""
     alarms: dict[str, AlarmRecord] = field(default_factory=dict)
     """id -> alarm, in the order of raising: all that are open, and the newest that are cleared"""
+    closures: dict[str, Closure] = field(default_factory=dict)
+    """region or place -> who closed it for machines, and why"""
     news: dict[str, NewsMark] = field(default_factory=dict)
     """channel of the site's news -> how far it has come"""
 
@@ -197,6 +200,11 @@ def _alarm_drop(state: EngineState, _: Blackboard, change: ch.AlarmDrop) -> None
 
 def _news_marks(state: EngineState, _: Blackboard, change: ch.NewsMarksPut) -> None:
     state.news = dict(change.marks)
+
+
+def _closure(state: EngineState, board: Blackboard, change: ch.ClosurePut) -> None:
+    _set_or_drop(state.closures, change.name, change.closure)
+    board.touch("/site/closures")
 
 
 def _approval(state: EngineState, board: Blackboard, change: ch.ApprovalPut) -> None:
@@ -337,6 +345,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.LockdownPut: _lockdown,
         ch.ApprovalPut: _approval,
         ch.DutyPut: _duty,
+        ch.ClosurePut: _closure,
         ch.MemberPut: _member,
         ch.DiscoveredPut: _discovered,
         ch.DraftedPut: _drafted,

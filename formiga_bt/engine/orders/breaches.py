@@ -173,6 +173,11 @@ class Breaches:
         reaction = core.rules(agent, agent.task).reaction(breach.name)
         self._orders.breached(agent.id, breach.name, reaction)
 
+    def way_is_closed(self, agent: AgentRecord, text: str) -> None:
+        """The way of a machine leads into a region that people closed now."""
+        if agent.breach.removeprefix(LATER) != "keep_out":
+            self._breached(agent, Breach("keep_out", text))
+
     def _comes_home(self, agent: AgentRecord) -> bool:
         order = self._core.state.orders.get(agent.id)
         task = self._core.state.tasks.get(agent.task)

@@ -17,6 +17,7 @@ from formiga_bt.engine.kernel.inputs import (
     Learn,
     LockdownOrder,
     NotifyPeople,
+    OpenRegion,
     Operator,
     Prioritize,
     RuleOrder,
@@ -68,6 +69,7 @@ def begins_something(given: Input) -> bool:
             | Assign()
             | Unassign()
             | Prioritize()
+            | OpenRegion()
             | InService(reason="")
             | RuleOrder(do="start")
             | Operator("restart")

@@ -41,6 +41,7 @@ from formiga_bt.services.http import (
     past_routes,
     rule_routes,
     seeing_routes,
+    zone_routes,
 )
 from formiga_bt.services.http import bodies as b
 from formiga_bt.services.http.audit import Audit
@@ -76,6 +77,7 @@ STATUS: Final = {
     "unknown_home": 422,
     "unknown_rule": 404,
     "unknown_alarm": 404,
+    "unknown_place": 404,
     "unknown_channel": 404,
     "not_approver": 403,
     "not_approved": 403,
@@ -210,6 +212,7 @@ def application(host: Host) -> FastAPI:
     rule_routes.add(routes, host.orders)
     news_routes.add(routes, host.news)
     alarm_routes.add(routes, host.orders.alarms)
+    zone_routes.add(routes, host.orders.zones)
     _people(routes, host.orders)
     library_routes.add(routes, host.loading, host.refused)
     file_routes.add(routes, host.attachments)

@@ -158,6 +158,12 @@ class OutBody(ByBody):
     reason: Annotated[str, Field(min_length=1, max_length=200)]
 
 
+class ZoneBody(ByBody):
+    """Close a region, or 30 m around a place, for machines."""
+
+    reason: Annotated[str, Field(min_length=1, max_length=200)]
+
+
 class RemovedBody(ByBody):
     """A person took a lost machine away, and says so: `confirmed` must repeat its id."""
 

@@ -48,6 +48,8 @@ from formiga_bt.show.facts.orders import (
     SpeakerFact,
     TaskList,
     TaskRequested,
+    ZoneFact,
+    ZoneList,
 )  # fmt: skip
 from formiga_bt.show.facts.rules import FiringFact, RuleFact, RuleList, RuleWaitFact
 from formiga_bt.show.facts.service import (
@@ -100,5 +102,5 @@ __all__ = [
     "QuestionList", "ResourceFact", "RuleFact", "RuleList", "RuleWaitFact", "RunningStep", "ServedFact", "SkippedFact",
     "SpeakerFact", "Spread", "StandingFact", "Stats", "StepFact", "StepStatus", "Style", "StyledSpan", "TaskDetail", "TaskFact",
     "TaskList", "TaskLoaded", "TaskPicture", "TaskRequested", "Timeline", "Top", "Track", "TypeFact", "VersionFact",
-    "Waiting",
+    "Waiting", "ZoneFact", "ZoneList",
 ]  # fmt: skip

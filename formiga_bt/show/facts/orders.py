@@ -211,3 +211,19 @@ class PilotList(Struct, frozen=True, kw_only=True):
 
     mode: str
     pilots: tuple[PilotFact, ...]
+
+
+class ZoneFact(Struct, frozen=True, kw_only=True):
+    """A region, or a place with 30 m around it, that somebody closed for machines."""
+
+    name: str
+    reason: str
+    by: str
+    at: Micros
+    """Since when, engine time."""
+
+
+class ZoneList(Struct, frozen=True):
+    """What is closed for machines, in the order of closing."""
+
+    zones: tuple[ZoneFact, ...]
