@@ -92,6 +92,8 @@ def refusal_of_old(given: inp.Input, age_s: float) -> Refusal | None:
             what = "lockdown release"
         case inp.Operator(order) if order not in STOPS:
             what = order.replace("_", " ")
+        case inp.OpenRegion(name):
+            what = f"zone open {name}"
         case inp.Assign() | inp.Unassign():
             what = type(given).__name__.lower()
         case _:

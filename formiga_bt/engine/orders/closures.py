@@ -1,7 +1,7 @@
 """Regions that people close for machines while the engine runs, and open again.
 
-A closed region binds like a no-fly and a no-go region of the site file: the gate refuses what leads into it, who is in it leaves
-its envelope. What is under way when a region closes is judged at once: whose way leads into it is stopped like who is in it.
+A closed region binds like a no-fly and a no-go region of the site file: the gate refuses what leads into it, and
+who is in it leaves its envelope. What is under way is judged at once: whose way leads into it is stopped like who is in it.
 A way home that leads into it is canceled: it is tried anew, and if none is left the machine lands.
 """
 
@@ -55,7 +55,7 @@ class Closures:
         core.emit(ch.ClosurePut(given.name, Closure(region, given.reason, given.by, core.now)))
         zone = next(one for one in core.airspace.closed if one.outline.region == region)
         for agent in list(core.state.agents.values()):
-            if agent.mobility in MOVING and agent.is_reachable:
+            if agent.mobility in MOVING and agent.liveness != "LOST":
                 self._breaches.look(agent.id, "")
                 self._judge(core.state.agents[agent.id], zone)
 
@@ -74,7 +74,10 @@ class Closures:
             enters = zone_offence_of(Region(corners), goal.area.up_m, here, zone)
         if enters:
             self._breaches.way_is_closed(agent, f"its way enters {zone.name}")
-            if rescue:
+            left = core.state.goals.get(goal.id)
+            if (
+                left is not None and left.in_flight and not left.cancel_asked
+            ):  # a way home, which a breach does not stop
                 self._goals.cancel(goal.id)
 
     def _open(self, given: OpenRegion) -> None:

@@ -26,6 +26,7 @@ FILL = {
     "name": "f",
     "action": "Fly",
     "alarm": "A1",
+    "zone": "z",
     "channel": "room",
 }
 ENDS = ("/v1/admin/drain", "/v1/admin/stop", "/v1/events")
