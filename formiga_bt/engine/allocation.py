@@ -22,14 +22,13 @@ from formiga_bt.engine.allocator.preemption import Preemption, PreemptionPlan
 from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, AgentRequest, Verdict
+from formiga_bt.engine.kernel.records import AgentRecord, AgentRequest, Verdict
 from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
 from formiga_bt.engine.resources import Resources
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.engine.tasks.timing import Timing
 
-LOW_AGES_US: Micros = 3600 * SECOND
 """After so long a LOW request ranks as MEDIUM; nothing ever ages to HIGH."""
 
 RESERVE_AFTER_US: Micros = 120 * SECOND
@@ -103,8 +102,8 @@ class Allocation:
         core = self._core
         core.emit(ch.CounterSet("alloc_at", core.now))
         self._timing.review()
-        requests = [self._aged(r) for r in core.state.requests.values()]
-        requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
+        waiting = sorted(core.state.requests.values(), key=lambda r: r.rank(core.now))
+        requests = [self._aged(r) for r in waiting]
         if any(r.units for r in requests):
             blocks = [r for r in requests if r.units]
             self._resources.serve(blocks, self._authority.blocked_of(blocks), self._explain)
@@ -211,10 +210,9 @@ class Allocation:
         LOW counts as MEDIUM after an hour; a team reserves after two minutes, and whom others step aside for at once.
         """
         waited = self._core.now - request.at
-        priority = "medium" if request.priority == "low" and waited >= LOW_AGES_US else request.priority
         machines = sum(role.count for role in request.roles if not role.shared)
         reserves = bool(request.preempting) or (machines > 1 and waited >= RESERVE_AFTER_US)
-        return replace(request, priority=priority, reserves=reserves)
+        return replace(request, priority=request.served_as(self._core.now), reserves=reserves)
 
     def _answer_hopeless(self, requests: list[AgentRequest], decision: Decision, agents: Roster) -> None:
         """End requests that no known agent could ever serve, once the site's agents were seen or 10 s passed."""

@@ -185,11 +185,11 @@ class ByHand:
             raise TaskError(
                 "already_started", f"{task.id} is {task.status}: only what waits for its first agents is moved"
             )
-        others = [r.order for r in core.state.requests.values() if r.priority == given.priority and r.task != task.id]
-        order = min([request.order, *(one - 1 for one in others)]) if given.first else request.order
-        if (given.priority, order) != (request.priority, request.order):
+        others = [r.pin for r in core.state.requests.values() if r.priority == given.priority and r.task != task.id]
+        pin = max(1, request.pin, *(one + 1 for one in others)) if given.first else request.pin
+        if (given.priority, pin) != (request.priority, request.pin):
             core.put_part(task.id, "request", priority=given.priority)
-            core.emit(ch.RequestPut(request.task, replace(request, priority=given.priority, order=order)))
+            core.emit(ch.RequestPut(request.task, replace(request, priority=given.priority, pin=pin)))
 
     # -- out of service ----------------------------------------------------------------------------------------------
     def _in_service(self, given: InService) -> None:

@@ -28,6 +28,10 @@ IfLate = Literal["run", "drop", "fail"]
 """What becomes of a task at its deadline: it goes on, it ends if it has not begun, it ends in any case."""
 PRIORITIES: Final[dict[str, int]] = {"high": 0, "medium": 1, "low": 2}
 """Order of service: lower first."""
+LOW_AGES_US: Final[Micros] = 3600 * SECOND
+"""A LOW request that has waited so long is served as MEDIUM."""
+UNSAID_US: Final[Micros] = 3600 * SECOND
+"""A task of which nobody said by when it is to end stands in the queue as if so long after its request."""
 
 Again = Literal["", "preempted", "agent_lost", "restart"]
 """Why a task is ended to begin anew."""
@@ -909,6 +913,10 @@ class AgentRequest(Struct, frozen=True, kw_only=True):
     """Key of the block that asks, of a task that runs already; "" = the task itself, before its first step."""
     priority: Priority
     order: int
+    due: Micros = 0
+    """By when its task is to end, said or not; of one priority the earliest is served first."""
+    pin: int = 0
+    """Above 0: a person put it first, before those with less."""
     at: Micros
     roles: tuple["RoleRequest", ...]
     expires: Micros | None = None
@@ -929,6 +937,14 @@ class AgentRequest(Struct, frozen=True, kw_only=True):
     def is_ripe(self) -> bool:
         """Return whether it may be served now."""
         return self.not_before is None and not self.after
+
+    def served_as(self, now: Micros) -> Priority:
+        """Return its priority as it counts now."""
+        return "medium" if self.priority == "low" and now - self.at >= LOW_AGES_US else self.priority
+
+    def rank(self, now: Micros) -> tuple[int, int, Micros, int]:
+        """Return its place in the queue: lower is served first."""
+        return PRIORITIES[self.served_as(now)], -self.pin, self.due, self.order
 
     @property
     def task(self) -> str:

@@ -13,7 +13,7 @@ from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, TaskRecord
+from formiga_bt.engine.kernel.records import UNSAID_US, AgentRequest, RoleRequest, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.engine.tasks.taskmodel import CANNOT_COMPUTE
@@ -61,7 +61,8 @@ class Requests:
         when = task.request.when
         early = when.not_before is not None and when.not_before > core.now
         return AgentRequest(
-            holder=task.id, priority=task.request.priority, order=task.order, at=core.now, roles=roles, expires=expires,
+            holder=task.id, priority=task.request.priority, order=task.order, due=_due(task), at=core.now, roles=roles,
+            expires=expires,
             not_before=when.not_before if early else None,
             after=tuple(one for one in when.after if one in core.open),
         )  # fmt: skip
@@ -82,7 +83,13 @@ class Requests:
             for role in roles.values()
         )
         request = AgentRequest(
-            holder=task_id, node=node, priority=task.request.priority, order=task.order, at=core.now, roles=wanted
+            holder=task_id,
+            node=node,
+            priority=task.request.priority,
+            order=task.order,
+            due=_due(task),
+            at=core.now,
+            roles=wanted,
         )
         core.emit(ch.RequestPut(request.task, request))
         return request
@@ -92,7 +99,7 @@ class Requests:
         core = self._core
         task = core.task(task_id)
         request = AgentRequest(
-            holder=task_id, node=node, priority=task.request.priority, order=task.order, at=core.now, roles=(),
+            holder=task_id, node=node, priority=task.request.priority, order=task.order, due=_due(task), at=core.now, roles=(),
             units=dict(units),
         )  # fmt: skip
         core.emit(ch.RequestPut(request.task, request))
@@ -181,3 +188,9 @@ def _places(expr: Any, env: Env) -> tuple[Place, ...]:
         return ()
     places = value if isinstance(value, tuple) else (value,)
     return tuple(p.ground if isinstance(p, Position) else p for p in places)
+
+
+def _due(task: TaskRecord) -> Micros:
+    """Return by when a task is to end: what its request says, or an hour after the task was, or may be, begun."""
+    when = task.request.when
+    return when.deadline or max(task.times.submitted_at, when.not_before or 0) + UNSAID_US

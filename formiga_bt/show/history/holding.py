@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 
-from formiga_bt.engine.kernel.records import PRIORITIES
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Resource
 from formiga_bt.show.facts import HeldUnits, ResourceFact
@@ -25,7 +24,7 @@ def _fact(state: EngineState, resource: Resource) -> ResourceFact:
         for task in holders
     ]
     waiting = [request for request in state.requests.values() if name in request.units]
-    waiting.sort(key=lambda request: (PRIORITIES[request.priority], request.order))
+    waiting.sort(key=lambda request: request.rank(state.now))
     return ResourceFact(
         name=name,
         capacity=resource.capacity,

@@ -115,8 +115,9 @@ class UrgencyIndex:
         """
         if self.waits(task):
             request = self.requests.get(task.id)
-            priority = PRIORITIES[task.request.priority if request is None else request.priority]
-            return 2, priority, 0, task.times.submitted_at, task.order
+            if request is not None:
+                return 2, *request.rank(self.now)
+            return 2, PRIORITIES[task.request.priority], 0, task.times.submitted_at, task.order
         coming = self.urgent(task)
         return (
             0 if self._calls(task) else 1,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRequest, TaskRecord
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_machine, behind_task
@@ -49,7 +49,7 @@ def held(scene: WhyScene, task: TaskRecord) -> Iterator[Because]:
     """Tell which resources a task holds, and who waits for them."""
     for name, units in task.resources.units.items():
         waits = [one for one in scene.state.requests.values() if name in one.units and one.holder != task.id]
-        waits.sort(key=lambda one: (PRIORITIES[one.priority], one.order))
+        waits.sort(key=lambda one: one.rank(scene.now))
         names = ", ".join(one.holder for one in waits)
         claims = [claim for claim in task.resources.claims.values() if name in claim.units]
         since = span(scene.now - min(claim.at for claim in claims))

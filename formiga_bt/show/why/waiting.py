@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRequest, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import AgentRequest, RoleRequest, TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.aside import detail, making_room
 from formiga_bt.show.why.follow import behind_machine, behind_task
@@ -61,9 +61,10 @@ def _not_yet(scene: WhyScene, task: TaskRecord, request: AgentRequest) -> Iterat
 
 def _queue(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:
     queued = [one for one in scene.state.requests.values() if one.is_ripe]
-    ahead = sorted((r for r in queued if _rank(r) < _rank(request)), key=_rank)
+    ranks = sorted((one.rank(scene.now), one.holder) for one in queued)
+    ahead = [holder for rank, holder in ranks if rank < request.rank(scene.now)]
     if ahead:
-        names = ", ".join(r.holder for r in ahead[:3]) + (" ..." if len(ahead) > 3 else "")
+        names = ", ".join(ahead[:3]) + (" ..." if len(ahead) > 3 else "")
         verb = "waits" if len(ahead) == 1 else "wait"
         text = (
             f"it is number {len(ahead) + 1} of {len(queued)}: {len(ahead)} of the same or a higher priority {verb} before "
@@ -74,10 +75,6 @@ def _queue(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:
         yield Because(
             "queue", f"it is number 1 of {len(queued)}: none of the same or a higher priority waits before it"
         )
-
-
-def _rank(request: AgentRequest) -> tuple[int, int]:
-    return PRIORITIES[request.priority], request.order
 
 
 def asked(scene: WhyScene, request: AgentRequest) -> Iterator[Because]:

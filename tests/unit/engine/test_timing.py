@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TaskError
-from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.engine.kernel.inputs import Alarm, Prioritize
 from formiga_bt.engine.kernel.records import TaskWhen
 from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.conftest import Make
@@ -168,3 +168,41 @@ def test_what_can_only_be_late_or_never_begin_is_refused(make: Make, code: str, 
 
     assert refused.value.code == code
     assert yard.engine.state.requests == {}
+
+
+class TestTheQueue:
+    """Of one priority the earliest deadline is served first, and nobody waits for ever."""
+
+    def served(self, yard: Yard, names: list[str]) -> list[str]:
+        yard.run_for(600)
+        assert all(yard.task(name).times.assigned_at for name in names)
+        return sorted(names, key=lambda name: yard.task(name).times.assigned_at or 0)
+
+    def test_the_earliest_deadline_goes_first(self, make: Make) -> None:
+        yard = make(HOLD, task(LONG, name="Busy"), carts=1)
+        busy = yard.start("Busy")
+        unsaid = ask(yard)
+        late, soon = ask(yard, deadline=later(yard, 5000)), ask(yard, deadline=later(yard, 3000))
+        yard.end(busy, 3000)
+
+        assert self.served(yard, [unsaid, late, soon]) == [soon, unsaid, late]
+
+    def test_who_named_no_deadline_is_not_passed_for_ever(self, make: Make) -> None:
+        yard = make(HOLD, task(LONG, name="Busy"), carts=1)
+        busy = yard.start("Busy")
+        unsaid = ask(yard)
+        yard.run_for(1800)
+        hurried = ask(yard, deadline=later(yard, 2100))  # later than an hour after the first was asked for
+        yard.end(busy, 3000)
+
+        assert self.served(yard, [unsaid, hurried]) == [unsaid, hurried]
+
+    def test_what_a_person_put_first_comes_before_any_deadline(self, make: Make) -> None:
+        yard = make(HOLD, task(LONG, name="Busy"), carts=1)
+        busy = yard.start("Busy")
+        unsaid = ask(yard)
+        soon, sooner = ask(yard, deadline=later(yard, 2600)), ask(yard, deadline=later(yard, 2500))
+        yard.ask(Prioritize(unsaid, "medium", first=True))
+        yard.end(busy, 3000)
+
+        assert self.served(yard, [unsaid, soon, sooner]) == [unsaid, sooner, soon]
