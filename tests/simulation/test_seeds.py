@@ -42,6 +42,7 @@ FOUND = {
     60163: "after a long outage a machine on its way home was HELD, and no person could let it go on",
     61314: "an order that ended with its task began a way home that the end of the task threw away",
     60695: "a machine that had stood still began a goal that had expired, on a way that was another's by then",
+    61728: "two machines waited for each other for ever: one beside the lanes, and one whose place to step aside to was taken",
     15815: "an order that replaced another left a way home behind that nobody had ordered",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""

@@ -667,7 +667,8 @@ class World:
             self.order(inp.Operator("clear", agent, PERSON))
             self.run_for(1)
             record = self.engine.state.agents.get(agent)
-        if record is not None and record.pool == "PARKED_AWAY":
+        blocks = any(goal.code == "leg_busy" and goal.text == agent for goal in self.engine.state.goals.values())
+        if record is not None and (record.pool == "PARKED_AWAY" or (record.pool == "STANDBY" and blocks)):
             self.order(inp.Operator("return", agent, PERSON))
 
     def _is_quiet(self) -> bool:

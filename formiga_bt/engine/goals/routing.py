@@ -149,7 +149,15 @@ class Routing:
         if hop.path[0] == self._stands_at(agent):
             return None
         who = self._holders.held_up_by_way(agent, hop.path[0], hop.path[-1])
-        return Hold("route_order", who) if who else None
+        return Hold("route_order", who) if who and not self._is_awaited_by(agent, who) else None
+
+    def _is_awaited_by(self, agent: AgentRecord, who: str) -> bool:
+        """Return whether a machine waits for this one to leave where it stands: to stay there would help it least."""
+        core = self._core
+        task = core.state.tasks.get(who)
+        waiting = task.agents.granted if task is not None else (who,)
+        goals = [core.state.goals[one] for name in waiting if (one := core.index.driving.get(name)) is not None]
+        return any(goal.state == "gated" and goal.code == "leg_busy" and goal.text == agent.id for goal in goals)
 
     # -- waiting -------------------------------------------------------------------------------------------------------
     def waits(self, goal: GoalRecord) -> None:
@@ -179,8 +187,13 @@ class Routing:
         core, graph = self._core, self._core.route_graph
         agent = core.state.agents[goal.agent]
         here = self._stands_at(agent)
-        if graph is None or agent.position is None or agent.aside:
+        if graph is None or agent.position is None:
             return False
+        if agent.aside:
+            taken = bool(self._others(agent.aside, agent.id))
+            if taken:  # somebody came to stand there meanwhile: first its own way again
+                core.put_agent(agent.id, aside="")
+            return taken
         stays = bool(here) and graph.nodes[here].is_end
         if not (self._is_in_circle(agent, goal.path[-1]) if stays else self._holders.is_stuck(agent)):
             return False
